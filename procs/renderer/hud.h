@@ -1,0 +1,83 @@
+// What the operator sees around the pictures: the delayed video, the layout, and a status panel.
+//
+//   Hud hud;                                               // needs a current GlContext
+//   const auto places = place_pictures(Layout::kSideBySide, context.width_px(),
+//   context.height_px(),
+//                                      4.0 / 3.0);
+//   video.draw(camera.undistorted());                      // VideoRenderer, same lens shader
+//   context.bind();
+//   hud.clear();
+//   hud.draw_texture(video.colour(), *places.delayed, context.height_px());
+//   hud.draw_texture(scene.colour(), *places.predicted, context.height_px());
+//   hud.draw_panel({Badge::kOk, "PREDICTED", {"delay 300 ms", "30 fps"}}, *places.predicted,
+//                  context.height_px());
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/camera_model.h"
+#include "procs/renderer/scene_renderer.h"
+
+namespace foresight {
+
+/// Pixels of the shown framebuffer, from its top-left corner.
+struct Rectangle {
+  int x_px = 0, y_px = 0, width_px = 0, height_px = 0;
+};
+
+enum class Layout { kDelayed, kPredicted, kSideBySide };
+
+struct Places {
+  std::optional<Rectangle> delayed;
+  std::optional<Rectangle> predicted;
+};
+
+/// Largest rectangles of the given aspect (width / height), centred in their share of the window.
+/// Side by side: delayed left, predicted right. None when there is no room.
+Places place_pictures(Layout layout, int window_width_px, int window_height_px, double aspect);
+
+enum class Badge { kOk, kStale, kLost, kNoModel };
+
+struct Panel {
+  Badge badge = Badge::kOk;
+  std::string title;               // printable ASCII
+  std::vector<std::string> lines;  // e.g. "delay 300 ms"
+};
+
+/// The delayed video without lens distortion, drawn by the shader that paints the scene, so that
+/// both pictures match pixel for pixel at the same pose.
+class VideoRenderer {
+ public:
+  VideoRenderer();  // throws GlError
+  ~VideoRenderer();
+  [[nodiscard]] InputStatus set_image(const CameraModel& camera, const Image& image);
+  /// Draws into colour(); before the first image: black. The camera must be free of distortion.
+  RenderStatus draw(const CameraModel& camera);
+  unsigned colour() const;
+  RenderedFrame read_back() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+class Hud {
+ public:
+  Hud();  // throws GlError
+  ~Hud();
+  /// Fills the bound framebuffer with the window's background.
+  void clear();
+  /// Scales a texture (first row on top at t = 0) into a rectangle of the bound framebuffer.
+  void draw_texture(unsigned texture, const Rectangle& place, int window_height_px);
+  /// Badge, title and lines in the top-left corner of a rectangle. Text is redrawn only on change.
+  void draw_panel(const Panel& panel, const Rectangle& place, int window_height_px);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace foresight
