@@ -1,0 +1,23 @@
+# Every library we build on, found once. All are Debian packages: scripts/setup installs them.
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(yaml-cpp REQUIRED)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc video features2d flann calib3d videoio imgcodecs)
+find_package(Ceres 2.1 REQUIRED)
+find_package(CGAL 5.5 REQUIRED)
+find_package(glfw3 3.3 REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
+pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
+pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
+find_package(GTest REQUIRED)
+find_package(embree 3 REQUIRED)
+find_package(CLI11 REQUIRED)
+
+# Debian ships no CMake package for LCM, and its .pc file needs glib headers that we do not use.
+find_path(LCM_INCLUDE_DIR lcm/lcm.h REQUIRED)
+find_library(LCM_LIBRARY lcm REQUIRED)
+find_program(LCM_GEN lcm-gen REQUIRED)
+add_library(lcm::lcm INTERFACE IMPORTED)
+target_include_directories(lcm::lcm INTERFACE ${LCM_INCLUDE_DIR})
+target_link_libraries(lcm::lcm INTERFACE ${LCM_LIBRARY})

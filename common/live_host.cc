@@ -1,0 +1,231 @@
+#include "common/live_host.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+
+#include "common/check.h"
+
+namespace foresight {
+namespace {
+
+volatile std::sig_atomic_t g_signalled = 0;
+int g_signal_event = -1;
+
+void on_signal(int) {
+  g_signalled = 1;
+  const uint64_t one = 1;
+  [[maybe_unused]] const auto n = write(g_signal_event, &one, sizeof one);
+}
+
+void install_signal_handlers() {
+  g_signal_event = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+// Timers must fire in spite of a stepping wall clock; messages carry the wall clock.
+int64_t monotonic_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+Worker::Worker() : event_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)), thread_([this] { loop(); }) {}
+
+Worker::~Worker() {
+  {
+    std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+  close(event_);
+}
+
+void Worker::run(Job job) {
+  {
+    std::lock_guard lock(mutex_);
+    FORESIGHT_CHECK(!job_);
+    job_ = std::move(job);
+  }
+  wake_.notify_one();
+}
+
+void Worker::loop() {
+  while (true) {
+    Job job;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [this] { return stopping_ || job_; });
+      if (stopping_) return;
+      job = std::move(job_);
+      job_ = nullptr;
+    }
+    std::function<void()> result = job();
+    {
+      std::lock_guard lock(mutex_);
+      result_ = std::move(result);
+    }
+    const uint64_t one = 1;
+    [[maybe_unused]] const auto n = write(event_, &one, sizeof one);
+  }
+}
+
+std::function<void()> Worker::take_result() {
+  uint64_t count = 0;
+  [[maybe_unused]] const auto n = read(event_, &count, sizeof count);
+  std::lock_guard lock(mutex_);
+  auto result = std::move(result_);
+  result_ = nullptr;
+  return result;
+}
+
+LiveHost::LiveHost(std::string robot_url, std::string operator_url)
+    : urls_{std::move(robot_url), std::move(operator_url)} {
+  install_signal_handlers();
+}
+
+LiveHost::~LiveHost() { worker_.reset(); }
+
+LcmBus& LiveHost::bus(Domain domain) {
+  auto& slot = buses_[static_cast<size_t>(domain)];
+  if (!slot) slot = std::make_unique<LcmBus>(urls_[static_cast<size_t>(domain)]);
+  return *slot;
+}
+
+Time LiveHost::now() const {
+  return {std::chrono::duration_cast<std::chrono::microseconds>(
+              std::chrono::system_clock::now().time_since_epoch())
+              .count()};
+}
+
+void LiveHost::publish(Domain domain, const std::string& channel, std::span<const uint8_t> bytes) {
+  bus(domain).publish(channel, bytes);
+}
+
+void LiveHost::subscribe(Domain domain, const std::string& channel, Queue queue, int64_t* skipped,
+                         Handler handler) {
+  subscriptions_.push_back(
+      std::make_unique<Subscription>(Subscription{std::move(handler), queue, skipped}));
+  Subscription* subscription = subscriptions_.back().get();
+  bus(domain).subscribe(channel, [this, subscription](const std::string&, auto bytes) {
+    inbox_.push_back({subscription, {bytes.begin(), bytes.end()}});
+    ++subscription->waiting;
+  });
+}
+
+void LiveHost::call_every(Duration period, std::function<void()> call) {
+  timers_.push({monotonic_us() + period.us, timer_order_++, period,
+                std::make_shared<std::function<void()>>(std::move(call))});
+}
+
+void LiveHost::call_at(Time time, std::function<void()> call) {
+  const int64_t due = monotonic_us() + (time - now()).us;
+  timers_.push({due, timer_order_++, {0}, std::make_shared<std::function<void()>>(std::move(call))});
+}
+
+void LiveHost::run_job(Job job, Duration) {
+  if (!worker_) worker_ = std::make_unique<Worker>();
+  worker_->run(std::move(job));
+}
+
+void LiveHost::stop(int exit_code) {
+  stopping_ = true;
+  exit_code_ = exit_code;
+}
+
+Usage LiveHost::usage() const {
+  rusage r{};
+  getrusage(RUSAGE_SELF, &r);
+  const auto seconds_of = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6;
+  };
+  int64_t total_pages = 0, resident_pages = 0;
+  std::ifstream("/proc/self/statm") >> total_pages >> resident_pages;
+  return {seconds_of(r.ru_utime) + seconds_of(r.ru_stime),
+          static_cast<double>(resident_pages * sysconf(_SC_PAGESIZE)) / 1e6};
+}
+
+std::string LiveHost::complaint() const {
+  for (const auto& bus : buses_) {
+    if (bus && !bus->complaint().empty()) return bus->complaint();
+  }
+  return {};
+}
+
+void LiveHost::receive() {
+  for (auto& bus : buses_) {
+    if (bus) bus->receive();
+  }
+}
+
+bool LiveHost::handle_next_arrival() {
+  while (!inbox_.empty()) {
+    Arrival arrival = std::move(inbox_.front());
+    inbox_.pop_front();
+    Subscription& subscription = *arrival.subscription;
+    --subscription.waiting;
+    if (subscription.queue == Queue::kLatest && subscription.waiting > 0) {
+      ++*subscription.skipped;
+      continue;
+    }
+    subscription.handler(arrival.bytes);
+    return true;
+  }
+  return false;
+}
+
+void LiveHost::run_due_timers() {
+  while (!stopping_ && !timers_.empty() && timers_.top().due_us <= monotonic_us()) {
+    Timer timer = timers_.top();
+    timers_.pop();
+    if (timer.period.us > 0) {  // missed periods are skipped, not caught up
+      Timer next = timer;
+      next.due_us = std::max(timer.due_us + timer.period.us, monotonic_us());
+      timers_.push(next);
+    }
+    (*timer.call)();
+  }
+}
+
+void LiveHost::wait() {
+  std::array<pollfd, 4> fds{};
+  nfds_t count = 0;
+  const auto add = [&](int fd) { fds[count++] = {fd, POLLIN, 0}; };
+  add(g_signal_event);
+  for (auto& bus : buses_) {
+    if (bus) add(bus->file_descriptor());
+  }
+  if (worker_) add(worker_->file_descriptor());
+  timespec timeout{1, 0};
+  if (!timers_.empty()) {
+    const int64_t us = std::max<int64_t>(0, timers_.top().due_us - monotonic_us());
+    timeout = {us / 1'000'000, (us % 1'000'000) * 1000};
+  }
+  ppoll(fds.data(), count, &timeout, nullptr);
+}
+
+int LiveHost::run() {
+  while (!stopping_ && g_signalled == 0) {
+    receive();
+    run_due_timers();
+    if (worker_) {
+      if (auto result = worker_->take_result()) result();
+    }
+    if (!handle_next_arrival() && !stopping_ && g_signalled == 0) wait();
+  }
+  return exit_code_;
+}
+
+}  // namespace foresight

@@ -1,0 +1,98 @@
+// The host of a deployed process: LCM, the wall clock, one loop in one thread, one worker.
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <queue>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/host.h"
+#include "common/lcm_bus.h"
+
+namespace foresight {
+
+/// Runs at most one job at a time in a thread of its own and signals an eventfd when it is done.
+class Worker {
+ public:
+  Worker();
+  ~Worker();
+  void run(Job job);
+  int file_descriptor() const { return event_; }
+  /// The finished job's result, or an empty function.
+  std::function<void()> take_result();
+
+ private:
+  void loop();
+  int event_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  Job job_;
+  std::function<void()> result_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+class LiveHost : public Host {
+ public:
+  LiveHost(std::string robot_url, std::string operator_url);
+  ~LiveHost() override;
+
+  /// Handles messages, timers and results until stop() or SIGINT/SIGTERM; returns the exit code.
+  int run();
+
+  Time now() const override;
+  bool is_simulated() const override { return false; }
+  void publish(Domain domain, const std::string& channel, std::span<const uint8_t> bytes) override;
+  void subscribe(Domain domain, const std::string& channel, Queue queue, int64_t* skipped,
+                 Handler handler) override;
+  void call_every(Duration period, std::function<void()> call) override;
+  void call_at(Time time, std::function<void()> call) override;
+  void run_job(Job job, Duration simulated_cost) override;
+  void stop(int exit_code) override;
+  Usage usage() const override;
+  std::string complaint() const override;
+
+ private:
+  struct Subscription {
+    Handler handler;
+    Queue queue;
+    int64_t* skipped;
+    int64_t waiting = 0;  // messages of this subscription in the inbox
+  };
+  struct Arrival {
+    Subscription* subscription;
+    std::vector<uint8_t> bytes;
+  };
+  struct Timer {
+    int64_t due_us;
+    int64_t order;
+    Duration period;  // zero: once
+    std::shared_ptr<std::function<void()>> call;
+    bool operator>(const Timer& o) const {
+      return due_us != o.due_us ? due_us > o.due_us : order > o.order;
+    }
+  };
+
+  LcmBus& bus(Domain domain);
+  void receive();
+  bool handle_next_arrival();
+  void run_due_timers();
+  void wait();
+
+  std::array<std::string, 2> urls_;
+  std::array<std::unique_ptr<LcmBus>, 2> buses_;
+  std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  std::deque<Arrival> inbox_;
+  std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
+  int64_t timer_order_ = 0;
+  std::unique_ptr<Worker> worker_;
+  bool stopping_ = false;
+  int exit_code_ = 0;
+};
+
+}  // namespace foresight

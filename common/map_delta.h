@@ -1,0 +1,47 @@
+// What changed in the SLAM map: the core type behind the message map_delta_t (slam → carver).
+// A snapshot is a delta that is applied to an empty map. Entries are upserts: `..._set` carries a
+// new element or the new value of a known one, so that applying an element twice is harmless.
+// Order of application: observations_removed, points_removed, keyframes_removed, keyframes_set,
+// points_set, observations_added. Removing a point or a keyframe removes its observations too.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "common/frames.h"
+
+namespace foresight {
+
+struct MapKeyframe {
+  int32_t id = 0;  // ≥ 0, never reused within an epoch
+  Pose<Map, Cam> map_from_cam;
+};
+
+struct MapPoint {
+  int32_t id = 0;  // ≥ 0, never reused within an epoch
+  Eigen::Vector3f position_in_map = Eigen::Vector3f::Zero();
+};
+
+/// Keyframe `keyframe_id` saw point `point_id`: the segment between them is free space.
+struct MapObservation {
+  int32_t keyframe_id = 0;
+  int32_t point_id = 0;
+  auto operator<=>(const MapObservation&) const = default;
+};
+
+struct MapDelta {
+  std::vector<MapObservation> observations_removed;
+  std::vector<int32_t> points_removed;
+  std::vector<int32_t> keyframes_removed;
+  std::vector<MapKeyframe> keyframes_set;
+  std::vector<MapPoint> points_set;
+  std::vector<MapObservation> observations_added;
+
+  bool empty() const {
+    return observations_removed.empty() && points_removed.empty() && keyframes_removed.empty() &&
+           keyframes_set.empty() && points_set.empty() && observations_added.empty();
+  }
+};
+
+}  // namespace foresight

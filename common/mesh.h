@@ -1,0 +1,41 @@
+// A triangle mesh in map coordinates (mesher → renderer, message mesh_t) and what is asked of it.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace foresight {
+
+struct Mesh {
+  std::vector<Eigen::Vector3f> vertices_in_map;
+  /// Indices into vertices. Counter-clockwise seen from free space: the normal
+  /// (v1−v0)×(v2−v0) points into carved space.
+  std::vector<std::array<int32_t, 3>> triangles;
+  /// The map point behind each vertex, or a negative id for a corner of the bounding hull: geometry
+  /// that touches one is a guess, not a measurement. Same length as vertices_in_map.
+  std::vector<int32_t> vertex_ids;
+};
+
+/// Invariants of a mesh that bounds a volume.
+struct MeshDefects {
+  int64_t bad_indices = 0;          // triangles with an index out of range or repeated
+  int64_t boundary_edges = 0;       // directed edges without their opposite: the mesh is not closed
+  int64_t non_manifold_edges = 0;   // undirected edges with more than two triangles
+  int64_t misoriented_edges = 0;    // directed edges used more often than their opposite
+  bool closed_and_oriented() const {
+    return bad_indices == 0 && boundary_edges == 0 && misoriented_edges == 0;
+  }
+};
+
+/// Checks closedness and orientation. O(n log n).
+MeshDefects find_defects(const Mesh& mesh);
+
+/// Writes binary little-endian PLY with per-vertex `id`. Returns an error line, or nothing on
+/// success.
+[[nodiscard]] std::optional<std::string> write_ply(const Mesh& mesh, const std::string& path);
+
+}  // namespace foresight

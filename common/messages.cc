@@ -1,0 +1,283 @@
+#include "common/messages.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace foresight {
+namespace {
+
+std::optional<Eigen::Quaterniond> read_rotation(const double wxyz[4]) {
+  const Eigen::Quaterniond q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  if (!(std::abs(q.norm() - 1.0) < 1e-3)) return std::nullopt;
+  return q;
+}
+
+std::vector<double> wxyz(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+// Starts a new part when the current one is full.
+template <class Message>
+class PartWriter {
+ public:
+  explicit PartWriter(size_t max_bytes) : max_bytes_(max_bytes), parts_(1) {}
+  Message& room(size_t bytes) {
+    if (used_ + bytes > max_bytes_) {
+      parts_.emplace_back();
+      used_ = 0;
+    }
+    used_ += bytes;
+    return parts_.back();
+  }
+  std::vector<Message> finish() {
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      parts_[i].header.part = static_cast<int32_t>(i);
+      parts_[i].header.part_count = static_cast<int32_t>(parts_.size());
+    }
+    return std::move(parts_);
+  }
+
+ private:
+  size_t max_bytes_;
+  size_t used_ = 0;
+  std::vector<Message> parts_;
+};
+
+void push_position(const Eigen::Vector3f& p, std::vector<float>* out) {
+  out->insert(out->end(), {p.x(), p.y(), p.z()});
+}
+
+Eigen::Vector3f position_at(const std::vector<float>& xyz, size_t i) {
+  return {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]};
+}
+
+bool all_non_negative(const std::vector<int32_t>& ids) {
+  return std::all_of(ids.begin(), ids.end(), [](int32_t id) { return id >= 0; });
+}
+
+template <class T>
+int32_t count(const std::vector<T>& v) {
+  return static_cast<int32_t>(v.size());
+}
+
+void set_counts(map_delta_t* m) {
+  m->n_observations_removed = count(m->removed_observation_keyframe_ids);
+  m->n_points_removed = count(m->removed_point_ids);
+  m->n_keyframes_removed = count(m->removed_keyframe_ids);
+  m->n_keyframes = count(m->keyframe_ids);
+  m->n_points = count(m->point_ids);
+  m->n_point_coordinates = count(m->point_positions_mu);
+  m->n_observations = count(m->observation_keyframe_ids);
+}
+
+void set_counts(carving_delta_t* m) {
+  m->n_cells_removed = count(m->removed_cell_ids);
+  m->n_vertices_removed = count(m->removed_vertex_ids);
+  m->n_vertices = count(m->vertex_ids);
+  m->n_vertex_coordinates = count(m->vertex_positions_mu);
+  m->n_cells = count(m->cell_ids);
+  m->n_cell_vertices = count(m->cell_vertex_ids);
+  m->n_cells_updated = count(m->updated_cell_ids);
+}
+
+}  // namespace
+
+camera_info_t to_message(const CameraModel& camera, Time time) {
+  camera_info_t m{};
+  m.utime = time.us;
+  m.width_px = static_cast<int16_t>(camera.width_px);
+  m.height_px = static_cast<int16_t>(camera.height_px);
+  m.lens = camera.lens == LensModel::kRadtan ? camera_info_t::LENS_RADTAN
+                                             : camera_info_t::LENS_EQUIDISTANT;
+  m.fx_px = camera.fx_px;
+  m.fy_px = camera.fy_px;
+  m.cx_px = camera.cx_px;
+  m.cy_px = camera.cy_px;
+  std::copy(camera.distortion.begin(), camera.distortion.end(), m.distortion);
+  return m;
+}
+
+std::optional<CameraModel> from_message(const camera_info_t& m) {
+  const bool known_lens =
+      m.lens == camera_info_t::LENS_RADTAN || m.lens == camera_info_t::LENS_EQUIDISTANT;
+  if (!known_lens || m.width_px < 16 || m.height_px < 16 || m.fx_px < 1 || m.fy_px < 1) {
+    return std::nullopt;
+  }
+  CameraModel camera;
+  camera.lens =
+      m.lens == camera_info_t::LENS_RADTAN ? LensModel::kRadtan : LensModel::kEquidistant;
+  camera.width_px = m.width_px;
+  camera.height_px = m.height_px;
+  camera.fx_px = m.fx_px;
+  camera.fy_px = m.fy_px;
+  camera.cx_px = m.cx_px;
+  camera.cy_px = m.cy_px;
+  std::copy(m.distortion, m.distortion + 5, camera.distortion.begin());
+  camera.prepare();
+  return camera;
+}
+
+void write_pose(const Pose<Map, Cam>& map_from_cam, camera_pose_t* message) {
+  const std::vector<double> q = wxyz(map_from_cam.rotation());
+  std::copy(q.begin(), q.end(), message->map_from_cam_quat_wxyz);
+  for (int i = 0; i < 3; ++i) {
+    message->map_from_cam_position_mu[i] = map_from_cam.translation()[i];
+  }
+}
+
+std::optional<Pose<Map, Cam>> read_pose(const camera_pose_t& message) {
+  if (message.state != camera_pose_t::STATE_TRACKING) return std::nullopt;
+  const auto rotation = read_rotation(message.map_from_cam_quat_wxyz);
+  if (!rotation) return std::nullopt;
+  return Pose<Map, Cam>(*rotation, Eigen::Vector3d(message.map_from_cam_position_mu));
+}
+
+std::vector<map_delta_t> split(const MapDelta& delta, size_t max_bytes) {
+  PartWriter<map_delta_t> writer(max_bytes);
+  for (const MapObservation& o : delta.observations_removed) {
+    map_delta_t& m = writer.room(8);
+    m.removed_observation_keyframe_ids.push_back(o.keyframe_id);
+    m.removed_observation_point_ids.push_back(o.point_id);
+  }
+  for (int32_t id : delta.points_removed) writer.room(4).removed_point_ids.push_back(id);
+  for (int32_t id : delta.keyframes_removed) writer.room(4).removed_keyframe_ids.push_back(id);
+  for (const MapKeyframe& k : delta.keyframes_set) {
+    map_delta_t& m = writer.room(60);
+    const Eigen::Vector3d& t = k.map_from_cam.translation();
+    m.keyframe_ids.push_back(k.id);
+    m.keyframe_map_from_cam_quat_wxyz.push_back(wxyz(k.map_from_cam.rotation()));
+    m.keyframe_map_from_cam_position_mu.push_back({t.x(), t.y(), t.z()});
+  }
+  for (const MapPoint& p : delta.points_set) {
+    map_delta_t& m = writer.room(16);
+    m.point_ids.push_back(p.id);
+    push_position(p.position_in_map, &m.point_positions_mu);
+  }
+  for (const MapObservation& o : delta.observations_added) {
+    map_delta_t& m = writer.room(8);
+    m.observation_keyframe_ids.push_back(o.keyframe_id);
+    m.observation_point_ids.push_back(o.point_id);
+  }
+  std::vector<map_delta_t> parts = writer.finish();
+  for (map_delta_t& m : parts) set_counts(&m);
+  return parts;
+}
+
+bool append(const map_delta_t& part, MapDelta* delta) {
+  if (part.n_point_coordinates != 3 * static_cast<int64_t>(part.n_points)) return false;
+  for (const auto* ids :
+       {&part.removed_observation_keyframe_ids, &part.removed_observation_point_ids,
+        &part.removed_point_ids, &part.removed_keyframe_ids, &part.keyframe_ids, &part.point_ids,
+        &part.observation_keyframe_ids, &part.observation_point_ids}) {
+    if (!all_non_negative(*ids)) return false;
+  }
+  std::vector<MapKeyframe> keyframes;
+  for (int32_t i = 0; i < part.n_keyframes; ++i) {
+    const auto q = read_rotation(part.keyframe_map_from_cam_quat_wxyz[i].data());
+    if (!q) return false;
+    keyframes.push_back(
+        {part.keyframe_ids[i],
+         {*q, Eigen::Vector3d(part.keyframe_map_from_cam_position_mu[i].data())}});
+  }
+  delta->keyframes_set.insert(delta->keyframes_set.end(), keyframes.begin(), keyframes.end());
+  for (int32_t i = 0; i < part.n_observations_removed; ++i) {
+    delta->observations_removed.push_back(
+        {part.removed_observation_keyframe_ids[i], part.removed_observation_point_ids[i]});
+  }
+  const auto extend = [](std::vector<int32_t>* to, const std::vector<int32_t>& from) {
+    to->insert(to->end(), from.begin(), from.end());
+  };
+  extend(&delta->points_removed, part.removed_point_ids);
+  extend(&delta->keyframes_removed, part.removed_keyframe_ids);
+  for (int32_t i = 0; i < part.n_points; ++i) {
+    delta->points_set.push_back({part.point_ids[i], position_at(part.point_positions_mu, i)});
+  }
+  for (int32_t i = 0; i < part.n_observations; ++i) {
+    delta->observations_added.push_back(
+        {part.observation_keyframe_ids[i], part.observation_point_ids[i]});
+  }
+  return true;
+}
+
+std::vector<carving_delta_t> split(const CarvingDelta& delta, size_t max_bytes) {
+  PartWriter<carving_delta_t> writer(max_bytes);
+  for (int32_t id : delta.cells_removed) writer.room(4).removed_cell_ids.push_back(id);
+  for (int32_t id : delta.vertices_removed) writer.room(4).removed_vertex_ids.push_back(id);
+  for (const CarvingVertex& v : delta.vertices_set) {
+    carving_delta_t& m = writer.room(16);
+    m.vertex_ids.push_back(v.id);
+    push_position(v.position_in_map, &m.vertex_positions_mu);
+  }
+  for (const CarvingCell& c : delta.cells_added) {
+    carving_delta_t& m = writer.room(24);
+    m.cell_ids.push_back(c.id);
+    m.cell_vertex_ids.insert(m.cell_vertex_ids.end(), c.vertices.begin(), c.vertices.end());
+    m.cell_constraints.push_back(c.constraints);
+  }
+  for (const CarvingCellUpdate& u : delta.cells_updated) {
+    carving_delta_t& m = writer.room(8);
+    m.updated_cell_ids.push_back(u.id);
+    m.updated_cell_constraints.push_back(u.constraints);
+  }
+  std::vector<carving_delta_t> parts = writer.finish();
+  for (carving_delta_t& m : parts) set_counts(&m);
+  return parts;
+}
+
+bool append(const carving_delta_t& part, CarvingDelta* delta) {
+  if (part.n_vertex_coordinates != 3 * static_cast<int64_t>(part.n_vertices)) return false;
+  if (part.n_cell_vertices != 4 * static_cast<int64_t>(part.n_cells)) return false;
+  for (const auto* values : {&part.removed_cell_ids, &part.cell_ids, &part.cell_constraints,
+                             &part.updated_cell_ids, &part.updated_cell_constraints}) {
+    if (!all_non_negative(*values)) return false;
+  }
+  const auto extend = [](std::vector<int32_t>* to, const std::vector<int32_t>& from) {
+    to->insert(to->end(), from.begin(), from.end());
+  };
+  extend(&delta->cells_removed, part.removed_cell_ids);
+  extend(&delta->vertices_removed, part.removed_vertex_ids);
+  for (int32_t i = 0; i < part.n_vertices; ++i) {
+    delta->vertices_set.push_back({part.vertex_ids[i], position_at(part.vertex_positions_mu, i)});
+  }
+  for (int32_t i = 0; i < part.n_cells; ++i) {
+    const int32_t* v = &part.cell_vertex_ids[4 * static_cast<size_t>(i)];
+    delta->cells_added.push_back(
+        {part.cell_ids[i], {v[0], v[1], v[2], v[3]}, part.cell_constraints[i]});
+  }
+  for (int32_t i = 0; i < part.n_cells_updated; ++i) {
+    delta->cells_updated.push_back({part.updated_cell_ids[i], part.updated_cell_constraints[i]});
+  }
+  return true;
+}
+
+mesh_t to_message(const Mesh& mesh) {
+  mesh_t m{};
+  for (const Eigen::Vector3f& v : mesh.vertices_in_map) push_position(v, &m.vertex_positions_mu);
+  m.vertex_ids = mesh.vertex_ids;
+  for (const auto& t : mesh.triangles) {
+    m.triangle_vertices.insert(m.triangle_vertices.end(), t.begin(), t.end());
+  }
+  m.n_vertices = count(mesh.vertices_in_map);
+  m.n_vertex_coordinates = count(m.vertex_positions_mu);
+  m.n_triangles = count(mesh.triangles);
+  m.n_triangle_vertices = count(m.triangle_vertices);
+  return m;
+}
+
+std::optional<Mesh> from_message(const mesh_t& m) {
+  if (m.n_vertex_coordinates != 3 * static_cast<int64_t>(m.n_vertices)) return std::nullopt;
+  if (m.n_triangle_vertices != 3 * static_cast<int64_t>(m.n_triangles)) return std::nullopt;
+  for (int32_t v : m.triangle_vertices) {
+    if (v < 0 || v >= m.n_vertices) return std::nullopt;
+  }
+  Mesh mesh;
+  mesh.vertex_ids = m.vertex_ids;
+  for (int32_t i = 0; i < m.n_vertices; ++i) {
+    mesh.vertices_in_map.push_back(position_at(m.vertex_positions_mu, i));
+  }
+  for (size_t i = 0; i + 2 < m.triangle_vertices.size(); i += 3) {
+    const int32_t* v = &m.triangle_vertices[i];
+    mesh.triangles.push_back({v[0], v[1], v[2]});
+  }
+  return mesh;
+}
+
+}  // namespace foresight

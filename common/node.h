@@ -1,0 +1,185 @@
+// A process's view of its host: typed and validated ports, timers, the worker, health.
+//
+//   class Mesher : public Process {
+//     Mesher(Node& node, const MesherParams& params)
+//         : meshes_(node.advertise<mesh_t>({.channel = "MESH", .doc = "…"})) {
+//       node.subscribe<carving_delta_t>({.channel = "CARVING_DELTA", .doc = "…"}, Queue::kAll,
+//                                       [this](const carving_delta_t& m) { on_delta(m); });
+//       node.every(seconds(1), "update", [this] { update(); });
+//     }
+//   };
+//
+// The constructor is the contract: everything it declares is recorded and printed by --describe.
+// A datagram that is truncated, oversized, of another type or carries NaN is counted in health and
+// never reaches a handler.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/host.h"
+#include "common/message_check.h"
+#include "foresight/health_t.hpp"
+
+namespace foresight {
+
+struct PortSpec {
+  std::string channel;
+  Domain domain = Domain::kRobot;
+  double rate_hz = 0;  // expected; 0: on events
+  const char* doc = "";
+};
+
+struct PortRecord {
+  PortSpec spec;
+  std::string type;
+  bool is_input = false;
+  // Counters since start.
+  int64_t messages = 0, rejected = 0, skipped = 0, bytes = 0;
+  // Of the second that is running: worst cases, and the marks from which rates are taken.
+  Duration latency{-1}, handling{0};
+  int64_t messages_mark = 0, bytes_mark = 0;
+  // Of the last whole second.
+  Duration last_latency{-1}, last_handling{0};
+  double rate_hz = 0, bytes_per_s = 0;
+  std::string last_rejection;
+};
+
+struct TimerRecord {
+  std::string name;
+  Duration period;
+};
+
+class Node;
+
+/// Sends messages of one type on one channel.
+template <class Message>
+class Publisher {
+ public:
+  void publish(const Message& message) const;
+
+ private:
+  friend class Node;
+  Publisher(Node* node, PortRecord* port) : node_(node), port_(port) {}
+  Node* node_;
+  PortRecord* port_;
+};
+
+enum class ProcessState : int8_t {
+  kStarting = health_t::STATE_STARTING,
+  kOk = health_t::STATE_OK,
+  kWaiting = health_t::STATE_WAITING,
+  kDegraded = health_t::STATE_DEGRADED,
+  kFailed = health_t::STATE_FAILED,
+  kDone = health_t::STATE_DONE,
+};
+
+class Node {
+ public:
+  /// `health_domains`: where HEALTH is published (the home domain; both for link).
+  Node(std::string name, Host& host, std::vector<Domain> health_domains);
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  const std::string& name() const { return name_; }
+  Time now() const { return host_.now(); }
+  bool is_simulated() const { return host_.is_simulated(); }
+
+  template <class Message>
+  Publisher<Message> advertise(const PortSpec& spec) {
+    return {this, add_port(spec, Message::getTypeName(), false)};
+  }
+  template <class Message>
+  void subscribe(const PortSpec& spec, Queue queue,
+                 std::function<void(const Message&)> handler) {
+    PortRecord* port = add_port(spec, Message::getTypeName(), true);
+    const MessageSchema* schema = find_schema(Message::getTypeName());
+    listen(port, queue, [this, port, schema, handler = std::move(handler)](auto bytes) {
+      if (!accept(port, *schema, Message::getHash(), bytes)) return;
+      Message message;
+      if (message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) {
+        reject(port, "cannot be decoded");
+        return;
+      }
+      guard(port, [&] { handler(message); });
+    });
+  }
+  /// Bytes as they come, for processes that pass messages on without reading them (link).
+  void subscribe_raw(const PortSpec& spec, Queue queue, Host::Handler handler);
+  /// Publishes bytes on a channel that advertise_raw() declared.
+  PortRecord* advertise_raw(const PortSpec& spec) { return add_port(spec, "any", false); }
+  void publish_raw(PortRecord* port, std::span<const uint8_t> bytes);
+
+  void every(Duration period, const std::string& name, std::function<void()> call);
+  void at(Time time, std::function<void()> call);
+
+  /// One job at a time beside the main thread; false when one is running already. `simulated_cost`
+  /// is how long it takes on a simulated clock.
+  [[nodiscard]] bool run_beside(Job job, Duration simulated_cost);
+  bool job_running() const { return job_running_; }
+
+  void set_state(ProcessState state, const std::string& reason);
+  ProcessState state() const { return state_; }
+  void set_metric(const std::string& name_with_unit, double value);
+  /// Counts outside data that was refused after decoding (unknown ids, impossible sizes).
+  void reject_message(const std::string& channel, const std::string& why);
+  /// The source has ended: state DONE; ends the process when `then_exit`.
+  void finish(const std::string& reason, bool then_exit);
+
+  const std::deque<PortRecord>& ports() const { return ports_; }
+  const std::vector<TimerRecord>& timers() const { return timers_; }
+
+ private:
+  template <class Message>
+  friend class Publisher;
+
+  PortRecord* add_port(const PortSpec& spec, const std::string& type, bool is_input);
+  void listen(PortRecord* port, Queue queue, Host::Handler handler);
+  bool accept(PortRecord* port, const MessageSchema& schema, int64_t fingerprint,
+              std::span<const uint8_t> bytes);
+  void reject(PortRecord* port, const std::string& why);
+  void guard(PortRecord* port, const std::function<void()>& call);
+  void measure();
+  health_t make_health() const;
+  void publish_health();
+
+  std::string name_;
+  Host& host_;
+  Time started_;
+  std::deque<PortRecord> ports_;  // addresses stay valid
+  std::vector<TimerRecord> timers_;
+  std::vector<PortRecord*> health_ports_;
+  std::map<std::string, double> metrics_;
+  ProcessState state_ = ProcessState::kStarting;
+  std::string reason_;
+  bool job_running_ = false;
+  Time measured_at_;
+  double cpu_mark_s_ = 0, cpu_share_ = 0;
+};
+
+/// A process: its constructor takes (Node&, const Params&) and declares; start() opens what may fail.
+class Process {
+ public:
+  virtual ~Process() = default;
+  /// Called once before the first handler; throws StartupError.
+  virtual void start() {}
+};
+
+template <class Message>
+std::vector<uint8_t> encode(const Message& message) {
+  std::vector<uint8_t> bytes(message.getEncodedSize());
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+template <class Message>
+void Publisher<Message>::publish(const Message& message) const {
+  node_->publish_raw(port_, encode(message));
+}
+
+}  // namespace foresight

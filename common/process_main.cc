@@ -1,0 +1,232 @@
+#include "common/process_main.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "common/lcm_log.h"
+#include "common/live_host.h"
+#include "common/simulation.h"
+
+namespace foresight {
+namespace {
+
+struct Options {
+  std::string name, params_file, robot_url, operator_url, output;
+  std::vector<std::string> assignments, replays;
+  bool describe = false;
+};
+
+// Accepts every declaration and does nothing: enough for a constructor, which only declares.
+class DescribeHost : public Host {
+ public:
+  Time now() const override { return {}; }
+  bool is_simulated() const override { return true; }
+  void publish(Domain, const std::string&, std::span<const uint8_t>) override {}
+  void subscribe(Domain, const std::string&, Queue, int64_t*, Handler) override {}
+  void call_every(Duration, std::function<void()>) override {}
+  void call_at(Time, std::function<void()>) override {}
+  void run_job(Job, Duration) override {}
+  void stop(int) override {}
+};
+
+std::string number(double v) { return YAML::Dump(YAML::Node(v)); }
+
+std::string range_of(const ParamDescription& d) {
+  std::string text;
+  for (const std::string& c : d.choices) text += (text.empty() ? "" : " | ") + c;
+  if (!text.empty()) return text;
+  if (d.min <= -1e308 && d.max >= 1e308) return {};
+  return "[" + number(d.min) + ", " + (d.max >= 1e308 ? "∞" : number(d.max)) + "]";
+}
+
+std::string params_help(const std::vector<ParamDescription>& params) {
+  std::string text = "\nParameters (--params FILE, --set key=value):\n";
+  for (const ParamDescription& d : params) {
+    const std::string unit = d.unit.empty() ? "" : " " + d.unit;
+    const std::string range = range_of(d);
+    text += "  " + d.key + " = " + (d.value.empty() ? "''" : d.value) + unit +
+            (range.empty() ? "" : "   " + range) + "\n      " + d.doc + "\n";
+  }
+  return text;
+}
+
+void emit_port(YAML::Emitter& out, const PortRecord& port) {
+  out << YAML::Flow << YAML::BeginMap;
+  out << YAML::Key << "channel" << YAML::Value << port.spec.channel;
+  out << YAML::Key << "type" << YAML::Value << port.type;
+  out << YAML::Key << "domain" << YAML::Value << to_string(port.spec.domain);
+  if (port.spec.rate_hz > 0) out << YAML::Key << "rate_hz" << YAML::Value << port.spec.rate_hz;
+  out << YAML::Key << "doc" << YAML::Value << port.spec.doc << YAML::EndMap << YAML::Block;
+}
+
+void emit_params(YAML::Emitter& out, const std::vector<ParamDescription>& params) {
+  out << YAML::Key << "params" << YAML::Value << YAML::BeginSeq;
+  for (const ParamDescription& d : params) {
+    out << YAML::Flow << YAML::BeginMap << YAML::Key << "key" << YAML::Value << d.key;
+    out << YAML::Key << "type" << YAML::Value << d.type;
+    out << YAML::Key << "value" << YAML::Value << d.value;
+    if (!d.unit.empty()) out << YAML::Key << "unit" << YAML::Value << d.unit;
+    if (const std::string r = range_of(d); !r.empty()) {
+      out << YAML::Key << "range" << YAML::Value << r;
+    }
+    out << YAML::Key << "doc" << YAML::Value << d.doc << YAML::EndMap << YAML::Block;
+  }
+  out << YAML::EndSeq;
+}
+
+int describe(const ProcessInfo& info, const Node& node,
+             const std::vector<ParamDescription>& params) {
+  YAML::Emitter out;
+  out << YAML::BeginMap << YAML::Key << "process" << YAML::Value << info.name;
+  out << YAML::Key << "summary" << YAML::Value << info.summary;
+  for (const bool inputs : {true, false}) {
+    out << YAML::Key << (inputs ? "inputs" : "outputs") << YAML::Value << YAML::BeginSeq;
+    for (const PortRecord& port : node.ports()) {
+      if (port.is_input == inputs) emit_port(out, port);
+    }
+    out << YAML::EndSeq;
+  }
+  out << YAML::Key << "timers" << YAML::Value << YAML::BeginSeq;
+  for (const TimerRecord& t : node.timers()) {
+    out << YAML::Flow << YAML::BeginMap << YAML::Key << "name" << YAML::Value << t.name;
+    out << YAML::Key << "period_s" << YAML::Value << t.period.seconds() << YAML::EndMap
+        << YAML::Block;
+  }
+  out << YAML::EndSeq;
+  emit_params(out, params);
+  out << YAML::EndMap;
+  std::cout << out.c_str() << "\n";
+  return kExitDone;
+}
+
+struct Replay {
+  Domain domain;
+  std::unique_ptr<LogReader> log;
+  std::optional<LogEvent> next;
+};
+
+std::vector<Replay> open_replays(const Options& options, const ProcessInfo& info) {
+  std::vector<Replay> replays;
+  for (const std::string& text : options.replays) {
+    Domain domain = info.home;
+    std::string path = text;
+    for (Domain d : {Domain::kRobot, Domain::kOperator}) {
+      const std::string prefix = std::string(to_string(d)) + "=";
+      if (text.starts_with(prefix)) {
+        domain = d;
+        path = text.substr(prefix.size());
+      }
+    }
+    replays.push_back({domain, std::make_unique<LogReader>(path), std::nullopt});
+    replays.back().next = replays.back().log->next();
+  }
+  return replays;
+}
+
+// Feeds the logs to one process on a simulated clock that follows the logs' time-stamps, and writes
+// what it publishes. Same logs, parameters and build give the same bytes.
+int replay(const Options& options, const ProcessInfo& info, const Simulation::Factory& factory) {
+  std::vector<Replay> replays = open_replays(options, info);
+  LogWriter output(options.output);
+  const auto earliest = [&]() -> Replay* {
+    Replay* first = nullptr;
+    for (Replay& r : replays) {
+      if (r.next && (first == nullptr || r.next->time < first->next->time)) first = &r;
+    }
+    return first;
+  };
+  Replay* source = earliest();
+  Simulation world(source != nullptr ? source->next->time : Time{0});
+  int64_t count = 0;
+  world.set_tap([&](Time time, Domain, const std::string& channel, auto bytes) {
+    output.write(time, channel, bytes);
+  });
+  world.add(options.name, health_domains(info), factory);
+  for (; source != nullptr; source = earliest(), ++count) {
+    world.run_until(source->next->time - microseconds(1));
+    world.inject(source->next->time, source->domain, source->next->channel,
+                 std::move(source->next->bytes));
+    world.run_until(source->next->time);
+    source->next = source->log->next();
+  }
+  world.run_until(world.now() + seconds(1));  // jobs and timers that are still due
+  std::cerr << options.name << ": replayed " << count << " events to " << options.output << "\n";
+  return kExitDone;
+}
+
+int run_live(const Options& options, const ProcessInfo& info, const Simulation::Factory& factory) {
+  LiveHost host(options.robot_url, options.operator_url);
+  Node node(options.name, host, health_domains(info));
+  const std::unique_ptr<Process> process = factory(node);
+  process->start();
+  return host.run();
+}
+
+void declare_options(CLI::App& app, Options& options, const ProcessInfo& info) {
+  options.name = info.name;
+  options.robot_url = default_url(Domain::kRobot);
+  options.operator_url = default_url(Domain::kOperator);
+  app.add_option("--name", options.name, "name in HEALTH and in the log")->capture_default_str();
+  app.add_option("--params", options.params_file, "YAML file with parameters");
+  app.add_option("--set", options.assignments, "one parameter: key=value (repeatable)")
+      ->allow_extra_args(false);
+  app.add_option("--robot-url", options.robot_url, "LCM URL of the robot site");
+  app.add_option("--operator-url", options.operator_url, "LCM URL of the operator site");
+  app.add_flag("--describe", options.describe, "print ports, timers and parameters as YAML");
+  auto* replay_option =
+      app.add_option("--replay", options.replays,
+                     "run on a log instead of LCM, deterministically: [robot=|operator=]LOG "
+                     "(repeatable)")
+          ->allow_extra_args(false);
+  auto* output_option =
+      app.add_option("--output", options.output, "log that --replay writes what it published to");
+  replay_option->needs(output_option);
+  output_option->needs(replay_option);
+  app.set_version_flag("--version", FORESIGHT_VERSION);
+}
+
+}  // namespace
+
+std::vector<Domain> health_domains(const ProcessInfo& info) {
+  if (info.reports_to_both_domains) return {Domain::kRobot, Domain::kOperator};
+  return {info.home};
+}
+
+int run_process(int argc, char** argv, const ProcessInfo& info, const ProcessMaker& make) {
+  Options options;
+  CLI::App app(info.summary, std::string("foresight-") + info.name);
+  std::vector<ParamDescription> defaults;
+  make({}, &defaults);
+  declare_options(app, options, info);
+  app.footer(params_help(defaults));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& e) {
+    return app.exit(e);
+  } catch (const CLI::CallForVersion& e) {
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    std::cerr << info.name << ": " << e.what() << " (see --help)\n";
+    return kExitUsage;
+  }
+  try {
+    ParamSource source =
+        options.params_file.empty() ? ParamSource() : ParamSource::from_file(options.params_file);
+    for (const std::string& assignment : options.assignments) source.override_with(assignment);
+    std::vector<ParamDescription> params;
+    const Simulation::Factory factory = make(std::move(source), &params);
+    if (options.describe) {
+      DescribeHost host;
+      Node node(options.name, host, health_domains(info));
+      const std::unique_ptr<Process> process = factory(node);
+      return describe(info, node, params);
+    }
+    if (!options.replays.empty()) return replay(options, info, factory);
+    return run_live(options, info, factory);
+  } catch (const StartupError& e) {
+    std::cerr << info.name << ": " << e.what() << "\n";
+    return e.code();
+  }
+}
+
+}  // namespace foresight
