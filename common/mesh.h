@@ -16,16 +16,18 @@ struct Mesh {
   /// (v1−v0)×(v2−v0) points into carved space.
   std::vector<std::array<int32_t, 3>> triangles;
   /// The map point behind each vertex, or a negative id for a corner of the bounding hull: geometry
-  /// that touches one is a guess, not a measurement. Same length as vertices_in_map.
+  /// that touches one is a guess, not a measurement. Several vertices may share an id; one that was
+  /// put in the middle of an edge carries the smaller id of the two. Same length as
+  /// vertices_in_map.
   std::vector<int32_t> vertex_ids;
 };
 
-/// Invariants of a mesh that bounds a volume.
+/// Invariants of a mesh that bounds a volume. Edges are undirected pairs of vertices.
 struct MeshDefects {
-  int64_t bad_indices = 0;          // triangles with an index out of range or repeated
-  int64_t boundary_edges = 0;       // directed edges without their opposite: the mesh is not closed
-  int64_t non_manifold_edges = 0;   // undirected edges with more than two triangles
-  int64_t misoriented_edges = 0;    // directed edges used more often than their opposite
+  int64_t bad_indices = 0;         // triangles with an index out of range or repeated
+  int64_t boundary_edges = 0;      // edges passed in one direction only: the mesh is not closed
+  int64_t non_manifold_edges = 0;  // edges with more than two triangles
+  int64_t misoriented_edges = 0;   // edges passed repeatedly one way, less often the other
   bool closed_and_oriented() const {
     return bad_indices == 0 && boundary_edges == 0 && misoriented_edges == 0;
   }

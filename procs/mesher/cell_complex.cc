@@ -1,0 +1,403 @@
+#include "procs/mesher/cell_complex.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/check.h"
+
+namespace foresight {
+namespace {
+
+/// Cell ids are dense: they may exceed the number of cells only as far as a lively history of
+/// removals explains.
+int64_t max_cell_id(int64_t cells, int64_t added) {
+  constexpr int64_t kSpread = 4;
+  constexpr int64_t kSlack = 1024;
+  constexpr int64_t kSlotsFitInt = std::numeric_limits<int32_t>::max() / 4 - 1;
+  return std::min(kSpread * (cells + added) + kSlack, kSlotsFitInt);
+}
+
+/// The volume, or nothing when the cell is inverted by more than rounding its vertices to float
+/// explains: moving a vertex by δ changes the determinant by at most δ × twice a facet's area.
+std::optional<double> checked_volume(const std::array<Eigen::Vector3d, 4>& p) {
+  const Eigen::Vector3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
+  const double determinant = a.dot(b.cross(c));
+  double magnitude = 0;
+  for (const Eigen::Vector3d& x : p) magnitude = std::max(magnitude, x.cwiseAbs().maxCoeff());
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  const double rounding = magnitude * std::numeric_limits<float>::epsilon();
+  const double tolerance = 2 * rounding * (la * lb + lb * lc + lc * la);
+  if (determinant < -tolerance) return std::nullopt;
+  return std::max(determinant, 0.0) / 6;
+}
+
+}  // namespace
+
+std::string_view to_string(ApplyResult result) {
+  switch (result) {
+    case ApplyResult::kOk:
+      return "ok";
+    case ApplyResult::kUnknownCell:
+      return "unknown cell";
+    case ApplyResult::kDuplicateCell:
+      return "duplicate cell";
+    case ApplyResult::kCellIdOutOfRange:
+      return "cell id out of range";
+    case ApplyResult::kUnknownVertex:
+      return "unknown vertex";
+    case ApplyResult::kVertexIdOutOfRange:
+      return "vertex id out of range";
+    case ApplyResult::kVertexInUse:
+      return "vertex in use";
+    case ApplyResult::kBadPosition:
+      return "position not finite";
+    case ApplyResult::kBadConstraints:
+      return "negative constraint count";
+    case ApplyResult::kRepeatedVertex:
+      return "repeated vertex in a cell";
+    case ApplyResult::kInvertedCell:
+      return "inverted cell";
+    case ApplyResult::kCrowdedFacet:
+      return "more than two cells on a facet";
+    case ApplyResult::kOverlappingCells:
+      return "two cells on one side of a facet";
+  }
+  return "unknown result";
+}
+
+struct CellComplex::Journal {
+  enum class Step {
+    kCellRemoved,
+    kCellAdded,
+    kCellUpdated,
+    kVertexRemoved,
+    kVertexMoved,
+    kVertexNew
+  };
+  struct Entry {
+    Step step;
+    int32_t index;  // of the cell or vertex
+    Corners corners{};
+    int32_t constraints = 0;
+    double volume = 0;
+    Point point{};
+  };
+  std::vector<Entry> entries;
+};
+
+// ---- The transaction ----------------------------------------------------------------------------
+
+ApplyResult CellComplex::apply(const CarvingDelta& delta) {
+  Journal journal;
+  journal.entries.reserve(delta.cells_removed.size() + delta.vertices_removed.size() +
+                          delta.vertices_set.size() + delta.cells_added.size() +
+                          delta.cells_updated.size());
+  const size_t old_cell_limit = constraints_.size();
+  const ApplyResult result = try_apply(delta, &journal);
+  if (result == ApplyResult::kOk) {
+    commit(journal);
+  } else {
+    roll_back(journal);
+    constraints_.resize(old_cell_limit);
+    volumes_.resize(old_cell_limit);
+    vertices_.resize(4 * old_cell_limit);
+    twins_.resize(4 * old_cell_limit);
+    areas_.resize(4 * old_cell_limit);
+  }
+  return result;
+}
+
+ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) {
+  const auto apply_all = [&](const auto& items, auto&& apply_one) {
+    for (const auto& item : items) {
+      const ApplyResult result = (this->*apply_one)(item, journal);
+      if (result != ApplyResult::kOk) return result;
+    }
+    return ApplyResult::kOk;
+  };
+  int64_t largest_id = -1;
+  for (const CarvingCell& cell : delta.cells_added) {
+    if (cell.id < 0) return ApplyResult::kCellIdOutOfRange;
+    largest_id = std::max<int64_t>(largest_id, cell.id);
+  }
+  if (largest_id >= cell_limit()) {
+    if (largest_id > max_cell_id(cell_count_, static_cast<int64_t>(delta.cells_added.size()))) {
+      return ApplyResult::kCellIdOutOfRange;
+    }
+    const size_t limit = static_cast<size_t>(largest_id) + 1;
+    constraints_.resize(limit, -1);
+    volumes_.resize(limit, 0);
+    vertices_.resize(4 * limit, -1);
+    twins_.resize(4 * limit, -1);
+    areas_.resize(4 * limit, 0);
+  }
+  ApplyResult result = apply_all(delta.cells_removed, &CellComplex::remove_cell);
+  if (result != ApplyResult::kOk) return result;
+  result = apply_all(delta.vertices_removed, &CellComplex::remove_vertex);
+  if (result != ApplyResult::kOk) return result;
+  result = apply_all(delta.vertices_set, &CellComplex::set_vertex);
+  if (result != ApplyResult::kOk) return result;
+  result = apply_all(delta.cells_added, &CellComplex::add_cell);
+  if (result != ApplyResult::kOk) return result;
+  return apply_all(delta.cells_updated, &CellComplex::update_cell);
+}
+
+/// Indices of removed vertices become free only now: until here a rollback may need them back.
+void CellComplex::commit(const Journal& journal) {
+  for (const Journal::Entry& entry : journal.entries) {
+    if (entry.step == Journal::Step::kVertexRemoved) free_points_.push_back(entry.index);
+  }
+}
+
+void CellComplex::roll_back(const Journal& journal) {
+  using Step = Journal::Step;
+  for (auto entry = journal.entries.rbegin(); entry != journal.entries.rend(); ++entry) {
+    Point* point = entry->step >= Step::kVertexRemoved ? &points_[index(entry->index)] : nullptr;
+    switch (entry->step) {
+      case Step::kCellRemoved:
+        FORESIGHT_CHECK(attach(entry->index, entry->corners, entry->constraints, entry->volume) ==
+                        ApplyResult::kOk);
+        break;
+      case Step::kCellAdded:
+        detach(entry->index);
+        break;
+      case Step::kCellUpdated:
+        constraints_[index(entry->index)] = entry->constraints;
+        break;
+      case Step::kVertexRemoved:
+        *point = entry->point;
+        vertex_index_by_id_.emplace(point->id, entry->index);
+        break;
+      case Step::kVertexMoved:
+        *point = entry->point;
+        break;
+      case Step::kVertexNew:
+        vertex_index_by_id_.erase(point->id);
+        *point = Point{};
+        free_points_.push_back(entry->index);
+        break;
+    }
+  }
+}
+
+void CellComplex::reset() { *this = CellComplex{}; }
+
+// ---- Single steps -------------------------------------------------------------------------------
+
+ApplyResult CellComplex::remove_cell(const int32_t& cell, Journal* journal) {
+  if (cell < 0 || cell >= cell_limit() || !exists(cell)) return ApplyResult::kUnknownCell;
+  Journal::Entry entry{Journal::Step::kCellRemoved, cell};
+  std::copy_n(vertices_.begin() + 4 * cell, 4, entry.corners.begin());
+  entry.constraints = constraints(cell);
+  entry.volume = volume(cell);
+  journal->entries.push_back(entry);
+  detach(cell);
+  return ApplyResult::kOk;
+}
+
+ApplyResult CellComplex::remove_vertex(const int32_t& id, Journal* journal) {
+  const auto found = vertex_index_by_id_.find(id);
+  if (found == vertex_index_by_id_.end()) return ApplyResult::kUnknownVertex;
+  Point& point = points_[index(found->second)];
+  if (point.degree > 0) return ApplyResult::kVertexInUse;
+  Journal::Entry entry{Journal::Step::kVertexRemoved, found->second};
+  entry.point = point;
+  journal->entries.push_back(entry);
+  point = Point{};
+  vertex_index_by_id_.erase(found);
+  return ApplyResult::kOk;
+}
+
+ApplyResult CellComplex::set_vertex(const CarvingVertex& vertex, Journal* journal) {
+  if (vertex.id < -kHullCorners) return ApplyResult::kVertexIdOutOfRange;
+  if (!vertex.position_in_map.allFinite()) return ApplyResult::kBadPosition;
+  const auto found = vertex_index_by_id_.find(vertex.id);
+  if (found == vertex_index_by_id_.end()) {
+    const int32_t i = new_point();
+    journal->entries.push_back({Journal::Step::kVertexNew, i});
+    points_[index(i)] = {vertex.position_in_map, vertex.id, 0, true};
+    vertex_index_by_id_.emplace(vertex.id, i);
+    return ApplyResult::kOk;
+  }
+  Point& point = points_[index(found->second)];
+  if (point.position_in_map == vertex.position_in_map) return ApplyResult::kOk;
+  if (point.degree > 0) return ApplyResult::kVertexInUse;
+  Journal::Entry entry{Journal::Step::kVertexMoved, found->second};
+  entry.point = point;
+  journal->entries.push_back(entry);
+  point.position_in_map = vertex.position_in_map;
+  return ApplyResult::kOk;
+}
+
+ApplyResult CellComplex::add_cell(const CarvingCell& cell, Journal* journal) {
+  if (exists(cell.id)) return ApplyResult::kDuplicateCell;
+  if (cell.constraints < 0) return ApplyResult::kBadConstraints;
+  Corners corners{};
+  const ApplyResult found = find_corners(cell, &corners);
+  if (found != ApplyResult::kOk) return found;
+  std::array<Eigen::Vector3d, 4> positions;
+  for (size_t k = 0; k < 4; ++k) positions[k] = position_in_map(corners[k]).cast<double>();
+  const std::optional<double> volume = checked_volume(positions);
+  if (!volume) return ApplyResult::kInvertedCell;
+  const ApplyResult result = attach(cell.id, corners, cell.constraints, *volume);
+  if (result == ApplyResult::kOk) {
+    journal->entries.push_back({Journal::Step::kCellAdded, cell.id});
+  }
+  return result;
+}
+
+ApplyResult CellComplex::update_cell(const CarvingCellUpdate& update, Journal* journal) {
+  if (update.id < 0 || update.id >= cell_limit() || !exists(update.id)) {
+    return ApplyResult::kUnknownCell;
+  }
+  if (update.constraints < 0) return ApplyResult::kBadConstraints;
+  Journal::Entry entry{Journal::Step::kCellUpdated, update.id};
+  entry.constraints = constraints(update.id);
+  journal->entries.push_back(entry);
+  constraints_[index(update.id)] = update.constraints;
+  return ApplyResult::kOk;
+}
+
+ApplyResult CellComplex::find_corners(const CarvingCell& cell, Corners* corners) const {
+  for (size_t k = 0; k < 4; ++k) {
+    const auto found = vertex_index_by_id_.find(cell.vertices[k]);
+    if (found == vertex_index_by_id_.end()) return ApplyResult::kUnknownVertex;
+    (*corners)[k] = found->second;
+    for (size_t l = 0; l < k; ++l) {
+      if ((*corners)[l] == found->second) return ApplyResult::kRepeatedVertex;
+    }
+  }
+  return ApplyResult::kOk;
+}
+
+int32_t CellComplex::new_point() {
+  if (free_points_.empty()) {
+    points_.emplace_back();
+    return vertex_limit() - 1;
+  }
+  const int32_t i = free_points_.back();
+  free_points_.pop_back();
+  return i;
+}
+
+// ---- Neighbours ---------------------------------------------------------------------------------
+
+ApplyResult CellComplex::attach(int32_t cell, const Corners& corners, int32_t constraints,
+                                double volume) {
+  for (int32_t k = 0; k < 4; ++k) {
+    vertices_[index(4 * cell + k)] = corners[static_cast<size_t>(k)];
+  }
+  for (int32_t k = 0; k < 4; ++k) {
+    const ApplyResult result = attach_facet(4 * cell + k);
+    if (result == ApplyResult::kOk) continue;
+    while (k-- > 0) detach_facet(4 * cell + k);
+    return result;
+  }
+  for (const int32_t corner : corners) ++points_[index(corner)].degree;
+  constraints_[index(cell)] = constraints;
+  volumes_[index(cell)] = volume;
+  ++cell_count_;
+  return ApplyResult::kOk;
+}
+
+void CellComplex::detach(int32_t cell) {
+  for (int32_t k = 0; k < 4; ++k) {
+    detach_facet(4 * cell + k);
+    --points_[index(vertex(4 * cell + k))].degree;
+  }
+  constraints_[index(cell)] = -1;
+  volumes_[index(cell)] = 0;
+  --cell_count_;
+}
+
+ApplyResult CellComplex::attach_facet(int32_t slot) {
+  const FacetKey key = facet_key(slot);
+  FacetKey other;
+  const auto* entry = facets_.find(key.hash(), [&](int32_t candidate) {
+    other = facet_key(candidate);
+    return other.vertices == key.vertices;
+  });
+  if (entry == nullptr) {
+    twins_[index(slot)] = -1;
+    areas_[index(slot)] = facet_area(slot);
+    facets_.insert(key.hash(), slot);
+    return ApplyResult::kOk;
+  }
+  if (twin(entry->slot) >= 0) return ApplyResult::kCrowdedFacet;
+  if (other.odd == key.odd) return ApplyResult::kOverlappingCells;
+  twins_[index(slot)] = entry->slot;
+  twins_[index(entry->slot)] = slot;
+  areas_[index(slot)] = area(entry->slot);
+  return ApplyResult::kOk;
+}
+
+void CellComplex::detach_facet(int32_t slot) {
+  auto* entry = facets_.find(facet_key(slot).hash(), [&](int32_t candidate) {
+    return candidate == slot || candidate == twin(slot);
+  });
+  FORESIGHT_CHECK(entry != nullptr);
+  if (twin(slot) < 0) {
+    facets_.erase(entry);
+    return;
+  }
+  entry->slot = twin(slot);
+  twins_[index(entry->slot)] = -1;
+  twins_[index(slot)] = -1;
+}
+
+FacetKey CellComplex::facet_key(int32_t slot) const {
+  const auto& corners = kFacetCorners[index(slot % 4)];
+  const int32_t first = slot - slot % 4;
+  return FacetKey::sorted(
+      {vertex(first + corners[0]), vertex(first + corners[1]), vertex(first + corners[2])});
+}
+
+/// Summed up in the order of vertex ids: the same number whichever cell came first.
+double CellComplex::facet_area(int32_t slot) const {
+  const auto& corners = kFacetCorners[index(slot % 4)];
+  std::array<int32_t, 3> v{};
+  for (size_t j = 0; j < 3; ++j) v[j] = vertex(slot - slot % 4 + corners[j]);
+  std::sort(v.begin(), v.end(), [&](int32_t a, int32_t b) { return vertex_id(a) < vertex_id(b); });
+  const Eigen::Vector3d origin = position_in_map(v[0]).cast<double>();
+  const Eigen::Vector3d a = position_in_map(v[1]).cast<double>() - origin;
+  const Eigen::Vector3d b = position_in_map(v[2]).cast<double>() - origin;
+  return a.cross(b).norm() / 2;
+}
+
+// ---- Self-check ---------------------------------------------------------------------------------
+
+std::optional<std::string_view> CellComplex::find_broken_invariant() const {
+  std::vector<int32_t> degrees(points_.size(), 0);
+  int32_t cells = 0, hull_facets = 0;
+  for (int32_t slot = 0; slot < 4 * cell_limit(); ++slot) {
+    if (!exists(slot / 4)) continue;
+    if (slot % 4 == 0) ++cells;
+    if (vertex(slot) < 0 || vertex(slot) >= vertex_limit()) return "vertex out of range";
+    if (!exists_vertex(vertex(slot))) return "cell on a vertex that does not exist";
+    ++degrees[index(vertex(slot))];
+    const int32_t other = twin(slot);
+    if (other < 0) {
+      ++hull_facets;
+      continue;
+    }
+    if (other >= 4 * cell_limit() || !exists(other / 4)) return "neighbour does not exist";
+    if (twin(other) != slot) return "neighbours are not mutual";
+    if (facet_key(slot).vertices != facet_key(other).vertices) return "twins differ in vertices";
+    if (facet_key(slot).odd == facet_key(other).odd) return "neighbours overlap";
+    if (area(slot) != area(other)) return "twins differ in area";
+  }
+  if (cells != cell_count_) return "cell count";
+  if (hull_facets != hull_facet_count()) return "facet count";
+  for (int32_t i = 0; i < vertex_limit(); ++i) {
+    if (degrees[index(i)] != vertex_degree(i)) return "vertex degree";
+    const auto found = vertex_index_by_id_.find(vertex_id(i));
+    if (exists_vertex(i) != (found != vertex_index_by_id_.end() && found->second == i)) {
+      return "vertex index";
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace foresight

@@ -1,0 +1,133 @@
+// The carved tetrahedralisation as dense arrays with neighbours: what CarvingDelta's add up to.
+//
+// A cell is a dense index, its facet k (0…3) lies opposite its vertex k, and "slot" 4·cell + k
+// names both the vertex and the facet. twin(slot) is the same facet seen from the cell behind it;
+// the complex is thus directly the 4-connected graph that MaxFlow cuts.
+//
+//   CellComplex complex;
+//   if (complex.apply(delta) != ApplyResult::kOk) request_snapshot();
+//
+// apply() is a transaction: a delta that does not fit leaves the complex as it was. It costs
+// O(size of the delta), plus growing arrays; memory is bounded by what the deltas really carried.
+// Positions and volumes are in map units.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "common/carving_delta.h"
+#include "procs/mesher/facet_table.h"
+
+namespace foresight {
+
+/// Why a delta was rejected. Anything but kOk means that the receiver needs a snapshot.
+enum class ApplyResult {
+  kOk,
+  kUnknownCell,         // removed or updated, but not there
+  kDuplicateCell,       // added, but already there
+  kCellIdOutOfRange,    // negative, or absurdly large for the number of cells
+  kUnknownVertex,       // removed or referred to, but not there
+  kVertexIdOutOfRange,  // below the last hull corner
+  kVertexInUse,         // removed or moved, but cells still hang on it
+  kBadPosition,         // not finite
+  kBadConstraints,      // negative count
+  kRepeatedVertex,      // within one cell
+  kInvertedCell,        // negatively oriented, beyond what rounding positions to float explains
+  kCrowdedFacet,        // more than two cells on one facet
+  kOverlappingCells,    // two cells on the same side of a facet
+};
+std::string_view to_string(ApplyResult result);
+
+class CellComplex {
+ public:
+  static constexpr int32_t kHullCorners = 8;  // vertex ids −1…−8
+
+  [[nodiscard]] ApplyResult apply(const CarvingDelta& delta);
+  void reset();
+
+  /// One more than the largest cell index in use so far; there may be gaps.
+  int32_t cell_limit() const { return static_cast<int32_t>(constraints_.size()); }
+  int32_t cell_count() const { return cell_count_; }
+  int32_t vertex_count() const { return static_cast<int32_t>(vertex_index_by_id_.size()); }
+  /// Facets with one cell only: the hull. Twelve for a cube of corners.
+  int32_t hull_facet_count() const { return 2 * facets_.size() - 4 * cell_count_; }
+
+  bool exists(int32_t cell) const { return constraints_[index(cell)] >= 0; }
+  int32_t constraints(int32_t cell) const { return constraints_[index(cell)]; }
+  double volume(int32_t cell) const { return volumes_[index(cell)]; }  // mu³, ≥ 0
+
+  /// The facet from the other side, or −1 on the hull.
+  int32_t twin(int32_t slot) const { return twins_[index(slot)]; }
+  double area(int32_t slot) const { return areas_[index(slot)]; }  // mu², equal from both sides
+  /// A dense index of the vertex in `slot`.
+  int32_t vertex(int32_t slot) const { return vertices_[index(slot)]; }
+
+  /// Vertex indices have gaps, too: exists_vertex() tells.
+  int32_t vertex_limit() const { return static_cast<int32_t>(points_.size()); }
+  bool exists_vertex(int32_t vertex) const { return points_[index(vertex)].exists; }
+  int32_t vertex_id(int32_t vertex) const { return points_[index(vertex)].id; }
+  int32_t vertex_degree(int32_t vertex) const { return points_[index(vertex)].degree; }
+  const Eigen::Vector3f& position_in_map(int32_t vertex) const {
+    return points_[index(vertex)].position_in_map;
+  }
+
+  /// Re-derives every invariant the slow way: nothing, or the first that is broken. For tests.
+  std::optional<std::string_view> find_broken_invariant() const;
+
+ private:
+  struct Point {
+    Eigen::Vector3f position_in_map = Eigen::Vector3f::Zero();
+    int32_t id = 0;
+    int32_t degree = 0;  // cells that use it
+    bool exists = false;
+  };
+  using Corners = std::array<int32_t, 4>;
+  /// What apply() did so far, to be undone from the end.
+  struct Journal;
+
+  static size_t index(int32_t i) { return static_cast<size_t>(i); }
+  ApplyResult try_apply(const CarvingDelta& delta, Journal* journal);
+  ApplyResult remove_cell(const int32_t& cell, Journal* journal);
+  ApplyResult remove_vertex(const int32_t& id, Journal* journal);
+  ApplyResult set_vertex(const CarvingVertex& vertex, Journal* journal);
+  ApplyResult add_cell(const CarvingCell& cell, Journal* journal);
+  ApplyResult update_cell(const CarvingCellUpdate& update, Journal* journal);
+  void commit(const Journal& journal);
+  void roll_back(const Journal& journal);
+
+  ApplyResult find_corners(const CarvingCell& cell, Corners* corners) const;
+  ApplyResult attach(int32_t cell, const Corners& corners, int32_t constraints, double volume);
+  void detach(int32_t cell);
+  ApplyResult attach_facet(int32_t slot);
+  void detach_facet(int32_t slot);
+  FacetKey facet_key(int32_t slot) const;
+  double facet_area(int32_t slot) const;
+  int32_t new_point();
+
+  // By cell.
+  std::vector<int32_t> constraints_;  // −1: no such cell
+  std::vector<double> volumes_;
+  // By slot.
+  std::vector<int32_t> vertices_;
+  std::vector<int32_t> twins_;
+  std::vector<double> areas_;
+  // By vertex.
+  std::vector<Point> points_;
+  std::vector<int32_t> free_points_;
+  std::unordered_map<int32_t, int32_t> vertex_index_by_id_;
+
+  FacetTable facets_;
+  int32_t cell_count_ = 0;
+};
+
+/// The vertices of facet k, counter-clockwise seen from outside a positively oriented cell.
+inline constexpr std::array<std::array<int32_t, 3>, 4> kFacetCorners = {
+    {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+
+}  // namespace foresight

@@ -1,0 +1,147 @@
+#include "procs/mesher/mesher.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/check.h"
+
+namespace foresight {
+namespace {
+
+/// The sum of all capacities is brought to about 2^58 by a power of two: the finest resolution that
+/// cannot overflow, and the same labels when all coordinates are scaled by a power of two.
+double capacity_scale(double total) {
+  if (!(total > 0)) return 1;
+  return std::ldexp(1.0, 58 - std::ilogb(total));
+}
+
+MaxFlow::Capacity to_capacity(double scaled) {
+  return static_cast<MaxFlow::Capacity>(std::llround(scaled));
+}
+
+double median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+}  // namespace
+
+Mesher::Mesher(const MesherOptions& options) : options_(options) {
+  FORESIGHT_CHECK(std::isfinite(options.lambda) && options.lambda >= 0);
+  FORESIGHT_CHECK(options.min_constraints >= 1);
+}
+
+void Mesher::reset() {
+  complex_.reset();
+  carved_.clear();
+  statistics_ = {};
+}
+
+Mesh Mesher::update() {
+  statistics_ = {};
+  statistics_.cells = complex_.cell_count();
+  statistics_.hull_facets = complex_.hull_facet_count();
+  statistics_.scene_size_mu = scene_size();
+  const bool relative = options_.lambda_unit == LambdaUnit::kRelative;
+  statistics_.lambda_mu = options_.lambda * (relative ? statistics_.scene_size_mu : 1.0);
+  switch (options_.energy) {
+    case Energy::kVolume:
+      build_volume_graph();
+      break;
+  }
+  flow_.solve();
+  statistics_.decided_at_once = flow_.decided_at_once();
+  read_labels();
+  measure_energy();
+  Isosurface surface = extract_isosurface(complex_, carved_, options_.repair);
+  statistics_.split_vertices = surface.split_vertices;
+  statistics_.split_edges = surface.split_edges;
+  return std::move(surface.mesh);
+}
+
+/// The median distance of the map points from their component-wise median: unmoved by a minority of
+/// outliers, by the far hull corners and by how densely a scene is sampled.
+double Mesher::scene_size() const {
+  std::array<std::vector<double>, 3> axes;
+  for (int32_t i = 0; i < complex_.vertex_limit(); ++i) {
+    if (!complex_.exists_vertex(i) || complex_.vertex_id(i) < 0) continue;
+    if (complex_.vertex_degree(i) == 0) continue;
+    const Eigen::Vector3f& p = complex_.position_in_map(i);
+    for (size_t k = 0; k < 3; ++k) axes[k].push_back(static_cast<double>(p[static_cast<int>(k)]));
+  }
+  if (axes[0].empty()) return 0;
+  std::array<std::vector<double>, 3> sorted = axes;
+  const Eigen::Vector3d centre(median(&sorted[0]), median(&sorted[1]), median(&sorted[2]));
+  std::vector<double> distances(axes[0].size());
+  for (size_t i = 0; i < distances.size(); ++i) {
+    distances[i] = (Eigen::Vector3d(axes[0][i], axes[1][i], axes[2][i]) - centre).norm();
+  }
+  return median(&distances);
+}
+
+// ---- Eq. (1) as a graph (Fig. 4) ----------------------------------------------------------------
+
+/// n-links λ·A both ways; a t-link of V to the label of the carving; λ·A to the sink from cells on
+/// the hull. A t-link that exceeds the cell's n-links decides its label, however large it is: it is
+/// cut to just above their sum, which keeps huge hull cells from eating up the resolution.
+void Mesher::build_volume_graph() {
+  const int32_t cells = complex_.cell_limit();
+  const double lambda = statistics_.lambda_mu;
+  double total_area = 0;
+  for (int32_t slot = 0; slot < 4 * cells; ++slot) {
+    if (complex_.exists(slot / 4)) total_area += complex_.area(slot);
+  }
+  const double scale = capacity_scale(lambda * total_area);
+  flow_.reset(cells);
+  for (int32_t cell = 0; cell < cells; ++cell) {
+    if (!complex_.exists(cell)) continue;
+    MaxFlow::Capacity links = 0;
+    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+      const MaxFlow::Capacity capacity = to_capacity(scale * lambda * complex_.area(slot));
+      const int32_t twin = complex_.twin(slot);
+      links += capacity;
+      if (twin < 0) {
+        flow_.add_terminal(cell, -capacity);
+      } else if (slot < twin) {
+        flow_.connect(slot, twin, capacity, capacity);
+      }
+    }
+    const double volume = scale * complex_.volume(cell);
+    const bool heavy = links == 0 || volume > static_cast<double>(links);
+    const MaxFlow::Capacity weight = heavy ? links + 1 : to_capacity(volume);
+    flow_.add_terminal(cell, input_carved(cell) ? weight : -weight);
+  }
+}
+
+void Mesher::read_labels() {
+  carved_.assign(static_cast<size_t>(complex_.cell_limit()), 0);
+  for (int32_t cell = 0; cell < complex_.cell_limit(); ++cell) {
+    if (!complex_.exists(cell)) continue;
+    carved_[static_cast<size_t>(cell)] = flow_.side(cell) == MaxFlow::Side::kSource;
+  }
+}
+
+void Mesher::measure_energy() {
+  CutStatistics& s = statistics_;
+  for (int32_t cell = 0; cell < complex_.cell_limit(); ++cell) {
+    if (!complex_.exists(cell)) continue;
+    const bool carved = carved_[static_cast<size_t>(cell)] != 0;
+    s.carved_cells += carved;
+    s.input_carved_cells += input_carved(cell);
+    if (carved != input_carved(cell)) {
+      ++s.changed_cells;
+      s.changed_volume_mu3 += complex_.volume(cell);
+    }
+    if (!carved) continue;
+    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+      const int32_t twin = complex_.twin(slot);
+      const bool boundary = twin < 0 || carved_[static_cast<size_t>(twin / 4)] == 0;
+      if (boundary) s.surface_area_mu2 += complex_.area(slot);
+    }
+  }
+  s.energy_mu3 = s.changed_volume_mu3 + s.lambda_mu * s.surface_area_mu2;
+}
+
+}  // namespace foresight

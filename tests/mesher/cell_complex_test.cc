@@ -1,0 +1,289 @@
+#include "procs/mesher/cell_complex.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "tests/mesher/delaunay_carving.h"
+
+namespace foresight {
+namespace {
+
+Eigen::Vector3f random_point(std::mt19937* random) {
+  std::uniform_real_distribution<float> coordinate(-1, 1);
+  const float x = coordinate(*random), y = coordinate(*random), z = coordinate(*random);
+  return {x, y, z};
+}
+
+DelaunayCarving random_carving(int32_t points, uint32_t seed) {
+  std::mt19937 random(seed);
+  DelaunayCarving carving;
+  carving.add_hull_corners(20);
+  for (int32_t i = 0; i < points; ++i) carving.set_point(i, random_point(&random));
+  carving.carve_at_random(0.4, seed);
+  return carving;
+}
+
+/// All that a complex holds, independent of the order of indices: corner ids → what is known.
+struct CellContent {
+  int32_t constraints;
+  double volume;
+  std::multiset<std::multiset<int32_t>> neighbours;
+  bool operator==(const CellContent&) const = default;
+};
+using Content = std::map<std::multiset<int32_t>, CellContent>;
+
+std::multiset<int32_t> corner_ids(const CellComplex& complex, int32_t cell) {
+  std::multiset<int32_t> ids;
+  for (int32_t k = 0; k < 4; ++k) ids.insert(complex.vertex_id(complex.vertex(4 * cell + k)));
+  return ids;
+}
+
+Content content(const CellComplex& complex) {
+  Content all;
+  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
+    if (!complex.exists(cell)) continue;
+    CellContent& c = all[corner_ids(complex, cell)];
+    c.constraints = complex.constraints(cell);
+    c.volume = complex.volume(cell);
+    for (int32_t k = 0; k < 4; ++k) {
+      const int32_t twin = complex.twin(4 * cell + k);
+      c.neighbours.insert(twin < 0 ? std::multiset<int32_t>{} : corner_ids(complex, twin / 4));
+    }
+  }
+  return all;
+}
+
+void expect_valid(const CellComplex& complex) {
+  const auto broken = complex.find_broken_invariant();
+  EXPECT_FALSE(broken) << *broken;
+}
+
+CarvingDelta one_tetrahedron() {
+  CarvingDelta delta;
+  delta.vertices_set = {{0, {0, 0, 0}}, {1, {1, 0, 0}}, {2, {0, 1, 0}}, {3, {0, 0, 1}}};
+  delta.cells_added = {{0, {0, 1, 2, 3}, 1}};
+  return delta;
+}
+
+TEST(CellComplex, OneTetrahedron) {
+  CellComplex complex;
+  ASSERT_EQ(complex.apply(one_tetrahedron()), ApplyResult::kOk);
+  expect_valid(complex);
+  EXPECT_EQ(complex.cell_count(), 1);
+  EXPECT_EQ(complex.hull_facet_count(), 4);
+  EXPECT_DOUBLE_EQ(complex.volume(0), 1.0 / 6);
+  EXPECT_DOUBLE_EQ(complex.area(1), 0.5);
+  EXPECT_DOUBLE_EQ(complex.area(0), std::sqrt(3.0) / 2);
+}
+
+TEST(CellComplex, VolumesAddUpToTheHullAndTheHullHasTwelveFacets) {
+  const DelaunayCarving carving = random_carving(500, 3);
+  CellComplex complex;
+  ASSERT_EQ(complex.apply(carving.snapshot()), ApplyResult::kOk);
+  expect_valid(complex);
+  double volume = 0;
+  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) volume += complex.volume(cell);
+  EXPECT_NEAR(volume, 40.0 * 40 * 40, 1e-6);
+  EXPECT_EQ(complex.hull_facet_count(), 12);
+}
+
+/// Points come, go and move; counts change. After every delta the complex equals a fresh snapshot.
+TEST(CellComplex, DeltasEqualFromScratch) {
+  std::mt19937 random(5);
+  DelaunayCarving carving;
+  carving.add_hull_corners(20);
+  CellComplex complex;
+  for (int step = 0; step < 150; ++step) {
+    for (int change = 0; change < 3; ++change) {
+      const auto id = static_cast<int32_t>(random() % 60);
+      const bool removes = random() % 4 == 0;
+      removes ? carving.remove_point(id) : carving.set_point(id, random_point(&random));
+    }
+    carving.carve_at_random(0.4, static_cast<uint32_t>(step / 5));
+    ASSERT_EQ(complex.apply(carving.take_delta()), ApplyResult::kOk) << "step " << step;
+    expect_valid(complex);
+    CellComplex fresh;
+    ASSERT_EQ(fresh.apply(carving.snapshot()), ApplyResult::kOk);
+    const Content now = content(complex), expected = content(fresh);
+    ASSERT_EQ(now.size(), expected.size());
+    for (const auto& [corners, cell] : expected) {
+      const auto found = now.find(corners);
+      ASSERT_NE(found, now.end());
+      EXPECT_EQ(found->second.constraints, cell.constraints);
+      EXPECT_NEAR(found->second.volume, cell.volume, 1e-12 * cell.volume + 1e-15);
+      EXPECT_EQ(found->second.neighbours, cell.neighbours);
+    }
+  }
+}
+
+TEST(CellComplex, RemovingEverythingLeavesNothing) {
+  DelaunayCarving carving = random_carving(50, 7);
+  CellComplex complex;
+  const CarvingDelta snapshot = carving.snapshot();
+  ASSERT_EQ(complex.apply(snapshot), ApplyResult::kOk);
+  CarvingDelta removal;
+  for (const auto& cell : snapshot.cells_added) removal.cells_removed.push_back(cell.id);
+  for (const auto& vertex : snapshot.vertices_set) removal.vertices_removed.push_back(vertex.id);
+  ASSERT_EQ(complex.apply(removal), ApplyResult::kOk);
+  expect_valid(complex);
+  EXPECT_EQ(complex.cell_count(), 0);
+  EXPECT_EQ(complex.vertex_count(), 0);
+  ASSERT_EQ(complex.apply(snapshot), ApplyResult::kOk);
+  expect_valid(complex);
+}
+
+// ---- Hostile deltas -----------------------------------------------------------------------------
+
+struct Hostile {
+  const char* name;
+  ApplyResult expected;
+  std::function<void(CarvingDelta*)> write;
+};
+
+std::vector<Hostile> hostile_deltas() {
+  using enum ApplyResult;
+  constexpr int32_t kMax = std::numeric_limits<int32_t>::max();
+  constexpr int32_t kMin = std::numeric_limits<int32_t>::min();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  const auto remove = [](int32_t id) {
+    return [id](CarvingDelta* d) { d->cells_removed.push_back(id); };
+  };
+  const auto add = [](int32_t id, std::array<int32_t, 4> v, int32_t n = 0) {
+    return [=](CarvingDelta* d) { d->cells_added.push_back({id, v, n}); };
+  };
+  const auto set = [](int32_t id, Eigen::Vector3f p) {
+    return [=](CarvingDelta* d) { d->vertices_set.push_back({id, p}); };
+  };
+  const auto update = [](int32_t id, int32_t n) {
+    return [=](CarvingDelta* d) { d->cells_updated.push_back({id, n}); };
+  };
+  return {
+      {"remove unknown cell", kUnknownCell, remove(5000)},
+      {"remove negative cell", kUnknownCell, remove(-1)},
+      {"remove extreme cell", kUnknownCell, remove(kMin)},
+      {"remove twice", kUnknownCell,
+       [](CarvingDelta* d) {
+         d->cells_removed = {7, 7};
+       }},
+      {"remove unknown vertex", kUnknownVertex, [](auto* d) { d->vertices_removed = {12345}; }},
+      {"remove used vertex", kVertexInUse, [](auto* d) { d->vertices_removed = {0}; }},
+      {"set NaN", kBadPosition, set(900, {0, nan, 0})},
+      {"set infinity", kBadPosition, set(900, {0, 0, inf})},
+      {"set far below the corners", kVertexIdOutOfRange, set(kMin, {0, 0, 0})},
+      {"move used vertex", kVertexInUse, set(0, {9, 9, 9})},
+      {"add existing cell", kDuplicateCell, add(3, {-1, -2, -3, -4})},
+      {"add negative id", kCellIdOutOfRange, add(-1, {-1, -2, -3, -4})},
+      {"add extreme id", kCellIdOutOfRange, add(kMax, {-1, -2, -3, -4})},
+      {"add large id", kCellIdOutOfRange, add(1 << 20, {-1, -2, -3, -4})},
+      {"add with unknown vertex", kUnknownVertex, add(2000, {0, 1, 2, 12345})},
+      {"add with repeated vertex", kRepeatedVertex, add(2000, {0, 1, 1, 2})},
+      {"add with negative count", kBadConstraints, add(2000, {0, 1, 2, 3}, -1)},
+      {"update unknown cell", kUnknownCell, update(5000, 1)},
+      {"update extreme cell", kUnknownCell, update(kMax, 1)},
+      {"update with negative count", kBadConstraints, update(3, -5)},
+  };
+}
+
+/// Each bad item comes after a lot of good ones, so that all of these have to be undone.
+TEST(CellComplex, RejectsHostileDeltasAndStaysAsItWas) {
+  for (const Hostile& hostile : hostile_deltas()) {
+    DelaunayCarving carving = random_carving(60, 11);
+    CellComplex complex;
+    ASSERT_EQ(complex.apply(carving.take_delta()), ApplyResult::kOk);
+    const Content before = content(complex);
+    const int32_t limit_before = complex.cell_limit();
+
+    carving.remove_point(30);
+    carving.set_point(31, {0.1f, 0.2f, 0.3f});
+    carving.set_point(77, {0.3f, 0.1f, 0.2f});
+    carving.carve_at_random(0.7, 99);
+    const CarvingDelta good = carving.take_delta();
+    CarvingDelta bad = good;
+    hostile.write(&bad);
+    EXPECT_EQ(complex.apply(bad), hostile.expected) << hostile.name;
+    expect_valid(complex);
+    EXPECT_TRUE(content(complex) == before) << hostile.name;
+    EXPECT_EQ(complex.cell_limit(), limit_before) << hostile.name;
+    EXPECT_EQ(complex.apply(good), ApplyResult::kOk) << hostile.name;
+    expect_valid(complex);
+  }
+}
+
+TEST(CellComplex, RejectsBadGeometry) {
+  CellComplex complex;
+  ASSERT_EQ(complex.apply(one_tetrahedron()), ApplyResult::kOk);
+  CarvingDelta below;
+  below.vertices_set = {{4, {0.2f, 0.2f, -1}}, {5, {0.3f, 0.3f, -2}}};
+  below.cells_added = {{1, {0, 1, 2, 4}, 0}};
+  EXPECT_EQ(complex.apply(below), ApplyResult::kInvertedCell);
+  below.cells_added = {{1, {0, 2, 1, 4}, 0}, {2, {0, 2, 1, 5}, 0}};
+  EXPECT_EQ(complex.apply(below), ApplyResult::kCrowdedFacet);
+  CarvingDelta above;
+  above.vertices_set = {{4, {0.2f, 0.2f, 2}}};
+  above.cells_added = {{1, {0, 1, 2, 4}, 0}};
+  EXPECT_EQ(complex.apply(above), ApplyResult::kOverlappingCells);
+  expect_valid(complex);
+  EXPECT_EQ(complex.cell_count(), 1);
+  EXPECT_EQ(complex.vertex_count(), 4);
+}
+
+/// Rounding positions to float may turn an almost flat cell over: that is no reason to fail.
+TEST(CellComplex, AcceptsFlatCellsAsEmpty) {
+  CarvingDelta delta = one_tetrahedron();
+  delta.vertices_set[3].position_in_map = {0.3f, 0.3f, -1e-8f};
+  CellComplex complex;
+  ASSERT_EQ(complex.apply(delta), ApplyResult::kOk);
+  EXPECT_EQ(complex.volume(0), 0);
+}
+
+/// Shuffled, cut and bit-flipped deltas: whatever is accepted keeps every invariant.
+TEST(CellComplex, SurvivesCorruptedDeltas) {
+  std::mt19937 random(13);
+  int accepted = 0, rejected = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    DelaunayCarving carving = random_carving(25, static_cast<uint32_t>(trial));
+    CellComplex complex;
+    ASSERT_EQ(complex.apply(carving.take_delta()), ApplyResult::kOk);
+    for (int step = 0; step < 5; ++step) {
+      carving.set_point(static_cast<int32_t>(random() % 40), random_point(&random));
+      CarvingDelta delta = carving.take_delta();
+      const auto corrupt = [&](auto& items, auto&& change) {
+        if (!items.empty() && random() % 4 == 0) change(items[random() % items.size()]);
+        if (!items.empty() && random() % 12 == 0) items.erase(items.begin());
+      };
+      corrupt(delta.cells_removed, [&](int32_t& id) { id ^= 1 << random() % 32; });
+      corrupt(delta.vertices_set, [&](CarvingVertex& v) { v.id ^= 1 << random() % 32; });
+      corrupt(delta.cells_added, [&](CarvingCell& c) { c.vertices[random() % 4] ^= 1; });
+      corrupt(delta.cells_added, [&](CarvingCell& c) { c.id ^= 1 << random() % 32; });
+      const Content before = content(complex);
+      const ApplyResult result = complex.apply(delta);
+      expect_valid(complex);
+      if (result != ApplyResult::kOk) {
+        EXPECT_TRUE(content(complex) == before);
+      }
+      (result == ApplyResult::kOk ? accepted : rejected) += 1;
+    }
+  }
+  EXPECT_GT(accepted, 100);
+  EXPECT_GT(rejected, 100);
+}
+
+TEST(CellComplex, EveryResultHasItsOwnText) {
+  std::set<std::string_view> texts;
+  for (int i = 0; i <= static_cast<int>(ApplyResult::kOverlappingCells); ++i) {
+    texts.insert(to_string(static_cast<ApplyResult>(i)));
+  }
+  EXPECT_EQ(texts.size(), 13u);
+}
+
+}  // namespace
+}  // namespace foresight
