@@ -1,0 +1,70 @@
+#include "bench/slam_eval/sequence.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/errors.h"
+
+namespace foresight {
+namespace {
+
+constexpr Duration kMaxGap = milliseconds(100);
+
+std::vector<std::string> data_lines(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<std::string> lines;
+  std::string line;
+  while (std::getline(file, line)) {
+    if (!line.empty() && line[0] != '#') lines.push_back(line);
+  }
+  return lines;
+}
+
+Time from_seconds(double s) { return Time{} + seconds(s); }
+
+}  // namespace
+
+std::optional<Pose<World, Cam>> Sequence::truth_at(Time time) const {
+  const auto after = std::lower_bound(truth.begin(), truth.end(), time,
+                                      [](const TimedPose& p, Time t) { return p.time < t; });
+  if (after == truth.end()) return std::nullopt;
+  if (after->time - time <= milliseconds(1)) return after->world_from_cam;
+  if (after == truth.begin()) return std::nullopt;
+  const TimedPose &a = *(after - 1), &b = *after;
+  if (b.time - a.time > kMaxGap) return std::nullopt;
+  const double share = (time - a.time).seconds() / (b.time - a.time).seconds();
+  return Pose<World, Cam>(
+      a.world_from_cam.rotation().slerp(share, b.world_from_cam.rotation()),
+      (1 - share) * a.world_from_cam.translation() + share * b.world_from_cam.translation());
+}
+
+Sequence load_sequence(const std::string& folder) {
+  Sequence sequence;
+  const std::filesystem::path root = std::filesystem::weakly_canonical(folder);
+  sequence.name = root.filename().string();
+  sequence.camera = load_camera_file((root / "camera.yaml").string());
+  for (const std::string& line : data_lines((root / "rgb.txt").string())) {
+    std::istringstream fields(line);
+    double stamp_s;
+    std::string file;
+    if (fields >> stamp_s >> file) {
+      sequence.images.push_back({from_seconds(stamp_s), (root / file).string()});
+    }
+  }
+  if (sequence.images.empty()) {
+    throw UnavailableError((root / "rgb.txt").string() + ": no images ('seconds file' per line)");
+  }
+  for (const std::string& line : data_lines((root / "groundtruth.txt").string())) {
+    std::istringstream fields(line);
+    double stamp_s, x, y, z, qx, qy, qz, qw;
+    if (fields >> stamp_s >> x >> y >> z >> qx >> qy >> qz >> qw) {
+      sequence.truth.push_back(
+          {from_seconds(stamp_s), {Eigen::Quaterniond(qw, qx, qy, qz), Eigen::Vector3d(x, y, z)}});
+    }
+  }
+  return sequence;
+}
+
+}  // namespace foresight

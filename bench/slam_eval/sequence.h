@@ -1,0 +1,37 @@
+// An image sequence in TUM RGB-D layout: rgb.txt, camera.yaml, groundtruth.txt.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/camera_model.h"
+#include "common/frames.h"
+#include "common/time.h"
+
+namespace foresight {
+
+struct SequenceImage {
+  Time time;
+  std::string path;
+};
+
+struct TimedPose {
+  Time time;
+  Pose<World, Cam> world_from_cam;
+};
+
+struct Sequence {
+  std::string name;
+  CameraModel camera;
+  std::vector<SequenceImage> images;
+  std::vector<TimedPose> truth;  // may be empty
+
+  /// Interpolated; empty outside the truth or in a gap of more than 0.1 s.
+  std::optional<Pose<World, Cam>> truth_at(Time time) const;
+};
+
+/// Throws StartupError with one line that names the file.
+Sequence load_sequence(const std::string& folder);
+
+}  // namespace foresight

@@ -1,0 +1,187 @@
+#include "procs/slam/bundle_adjustment.h"
+
+#include <ceres/ceres.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "procs/slam/geometry.h"
+
+namespace foresight::slam {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+using PoseBlock = std::array<double, 7>;  // cam_from_map: quaternion xyzw, translation
+
+// Left multiplication with a small motion. The cost functions give derivatives by that motion in
+// the first six of seven columns, so that the plus-jacobian only has to select them.
+class PoseManifold : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    const Eigen::Map<const Eigen::Quaterniond> q(x);
+    const Eigen::Map<const Vector3d> t(x + 4), v(delta), w(delta + 3);
+    const Eigen::Quaterniond turn = rotation_from_vector(w);
+    Eigen::Map<Eigen::Quaterniond> new_q(x_plus_delta);
+    Eigen::Map<Vector3d> new_t(x_plus_delta + 4);
+    const Vector3d moved = turn * t + v;
+    new_q = (turn * q).normalized();
+    new_t = moved;
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> j(jacobian);
+    j.setZero();
+    j.topRows<6>().setIdentity();
+    return true;
+  }
+  bool Minus(const double*, const double*, double*) const override { return false; }
+  bool MinusJacobian(const double*, double*) const override { return false; }
+};
+
+class ReprojectionCost : public ceres::SizedCostFunction<2, 7, 3> {
+ public:
+  explicit ReprojectionCost(const BundleObservation& o) : xy_(o.xy), scale_px_(o.scale_px) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Map<const Eigen::Quaterniond> q(parameters[0]);
+    const Eigen::Map<const Vector3d> t(parameters[0] + 4), point(parameters[1]);
+    const Eigen::Matrix3d rotation = q.toRotationMatrix();
+    const Vector3d p = rotation * point + t;
+    if (p.z() < 1e-6) return false;  // the step is rejected
+    const double iz = 1 / p.z(), x = p.x() * iz, y = p.y() * iz;
+    Eigen::Map<Vector2d> residual(residuals);
+    residual = scale_px_ * (Vector2d(x, y) - xy_);
+    if (jacobians == nullptr) return true;
+    Eigen::Matrix<double, 2, 3> by_p;
+    by_p << iz, 0, -x * iz, 0, iz, -y * iz;
+    by_p *= scale_px_;
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> j(jacobians[0]);
+      j.leftCols<3>() = by_p;
+      j.middleCols<3>(3) = -by_p * skew(p);
+      j.col(6).setZero();
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> j(jacobians[1]);
+      j = by_p * rotation;
+    }
+    return true;
+  }
+
+ private:
+  Vector2d xy_;
+  double scale_px_;
+};
+
+PoseBlock block_from_pose(const Pose<Map, Cam>& map_from_cam) {
+  const Pose<Cam, Map> p = map_from_cam.inverse();
+  const Eigen::Quaterniond& q = p.rotation();
+  const Vector3d& t = p.translation();
+  return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
+}
+
+Pose<Map, Cam> pose_from_block(const PoseBlock& b) {
+  return Pose<Cam, Map>(Eigen::Quaterniond(b[3], b[0], b[1], b[2]), Vector3d(b[4], b[5], b[6]))
+      .inverse();
+}
+
+ceres::Solver::Options solver_options(const BundleProblem& problem) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.max_num_iterations = problem.max_iterations;
+  options.num_threads = 1;
+  options.function_tolerance = 1e-4;
+  options.parameter_tolerance = 1e-7;
+  options.logging_type = ceres::SILENT;
+  return options;
+}
+
+bool solve(const BundleProblem& problem, std::vector<PoseBlock>* poses,
+           std::vector<Vector3d>* points) {
+  ceres::Problem::Options ownership;
+  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  PoseManifold manifold;
+  ceres::HuberLoss loss(problem.huber_px);
+  ceres::Problem ceres_problem(ownership);
+  auto* ordering = new ceres::ParameterBlockOrdering;  // owned by the options below
+  ceres::Solver::Options options = solver_options(problem);
+  options.linear_solver_ordering.reset(ordering);
+  for (size_t i = 0; i < poses->size(); ++i) {
+    double* block = (*poses)[i].data();
+    ceres_problem.AddParameterBlock(block, 7, &manifold);
+    ordering->AddElementToGroup(block, 1);
+    if (problem.keyframes[i].role == BundleRole::kFixed) {
+      ceres_problem.SetParameterBlockConstant(block);
+    }
+  }
+  for (Vector3d& point : *points) {
+    ceres_problem.AddParameterBlock(point.data(), 3);
+    ordering->AddElementToGroup(point.data(), 0);
+  }
+  for (const BundleObservation& o : problem.observations) {
+    ceres_problem.AddResidualBlock(new ReprojectionCost(o), &loss,
+                                   (*poses)[static_cast<size_t>(o.keyframe_index)].data(),
+                                   (*points)[static_cast<size_t>(o.point_index)].data());
+  }
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &ceres_problem, &summary);
+  return summary.IsSolutionUsable();
+}
+
+void judge_observations(const BundleProblem& problem, BundleSolution* solution) {
+  double squared_sum = 0;
+  size_t inliers = 0;
+  std::vector<Pose<Cam, Map>> cam_from_map;
+  for (const BundleKeyframe& k : solution->keyframes) {
+    cam_from_map.push_back(k.map_from_cam.inverse());
+  }
+  for (size_t i = 0; i < problem.observations.size(); ++i) {
+    const BundleObservation& o = problem.observations[i];
+    const Vector3d p = cam_from_map[static_cast<size_t>(o.keyframe_index)] *
+                       solution->points[static_cast<size_t>(o.point_index)].position_in_map;
+    const double error = p.z() > 0 ? o.scale_px * (p.head<2>() / p.z() - o.xy).norm() : 1e6;
+    if (error > problem.outlier_px) {
+      solution->outliers.push_back(static_cast<int32_t>(i));
+    } else {
+      squared_sum += error * error;
+      ++inliers;
+    }
+  }
+  solution->rms_px = inliers > 0 ? std::sqrt(squared_sum / static_cast<double>(inliers)) : 0;
+}
+
+}  // namespace
+
+BundleSolution adjust_bundle(const BundleProblem& problem) {
+  std::vector<PoseBlock> poses;
+  std::vector<Vector3d> points;
+  for (const BundleKeyframe& k : problem.keyframes)
+    poses.push_back(block_from_pose(k.map_from_cam));
+  for (const BundlePoint& p : problem.points) points.push_back(p.position_in_map);
+
+  BundleSolution solution;
+  solution.keyframes = problem.keyframes;
+  solution.points = problem.points;
+  solution.usable = !problem.observations.empty() && solve(problem, &poses, &points);
+  if (!solution.usable) return solution;
+  for (size_t i = 0; i < poses.size(); ++i) {
+    if (problem.keyframes[i].role == BundleRole::kAdjusted) {
+      solution.keyframes[i].map_from_cam = pose_from_block(poses[i]);
+    }
+  }
+  for (size_t i = 0; i < points.size(); ++i) {
+    solution.points[i].position_in_map = points[i];
+    solution.usable = solution.usable && points[i].allFinite();
+  }
+  judge_observations(problem, &solution);
+  return solution;
+}
+
+}  // namespace foresight::slam

@@ -1,0 +1,53 @@
+// Bundle adjustment: keyframe poses and points that minimise the robust reprojection error
+// Σ ρ(‖(f/2^level)·(π(cam_from_map · X) − xy)‖²), with Ceres (one thread, Schur complement).
+// A pure function on copied data; the same problem gives the same bytes.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "common/frames.h"
+
+namespace foresight::slam {
+
+enum class BundleRole { kAdjusted, kFixed };
+
+struct BundleKeyframe {
+  int32_t id = 0;
+  BundleRole role = BundleRole::kAdjusted;
+  Pose<Map, Cam> map_from_cam;
+};
+
+struct BundlePoint {
+  int32_t id = 0;
+  Eigen::Vector3d position_in_map;
+};
+
+struct BundleObservation {
+  int32_t keyframe_index = 0;  // into BundleProblem::keyframes
+  int32_t point_index = 0;     // into BundleProblem::points
+  Eigen::Vector2d xy;          // (x/z, y/z) of the ray
+  double scale_px = 1;         // px of its pyramid level per unit of xy
+};
+
+struct BundleProblem {
+  std::vector<BundleKeyframe> keyframes;
+  std::vector<BundlePoint> points;
+  std::vector<BundleObservation> observations;
+  int max_iterations = 10;
+  double huber_px = 1.5;
+  double outlier_px = 3.0;  // at its pyramid level: such observations are reported
+};
+
+struct BundleSolution {
+  bool usable = false;
+  std::vector<BundleKeyframe> keyframes;  // in the problem's order
+  std::vector<BundlePoint> points;
+  std::vector<int32_t> outliers;  // indices of observations
+  double rms_px = 0;              // over the inliers
+};
+
+BundleSolution adjust_bundle(const BundleProblem& problem);
+
+}  // namespace foresight::slam

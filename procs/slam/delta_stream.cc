@@ -1,0 +1,92 @@
+#include "procs/slam/delta_stream.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace foresight::slam {
+namespace {
+
+std::vector<int32_t> keyframes_of(const Point& point) {
+  std::vector<int32_t> ids;
+  for (const Observation& o : point.observations) ids.push_back(o.keyframe_id);
+  return ids;
+}
+
+std::vector<int32_t> without(const std::vector<int32_t>& a, const std::vector<int32_t>& b) {
+  std::vector<int32_t> difference;
+  std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(difference));
+  return difference;
+}
+
+}  // namespace
+
+DeltaStream::DeltaStream(const CameraModel& camera, const SlamOptions& options)
+    : camera_(camera), options_(options) {}
+
+double DeltaStream::threshold_rad() const { return options_.delta_threshold_px / camera_.fx_px; }
+
+MapDelta DeltaStream::take(SlamMap* map) {
+  MapDelta delta;
+  const SlamMap::Touched touched = map->take_touched();
+  for (const int32_t id : touched.keyframes) take_keyframe(*map, id, &delta);
+  for (const int32_t id : touched.points) take_point(*map, id, &delta);
+  std::sort(delta.observations_added.begin(), delta.observations_added.end());
+  std::sort(delta.observations_removed.begin(), delta.observations_removed.end());
+  return delta;
+}
+
+void DeltaStream::take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta) {
+  const Keyframe* keyframe = map.keyframe(id);
+  const auto sent = keyframes_.find(id);
+  if (sent != keyframes_.end()) {
+    const Pose<Map, Cam>& old = sent->second;
+    const Pose<Map, Cam>& now = keyframe->map_from_cam;
+    const double moved = (old.translation() - now.translation()).norm() / keyframe->median_depth;
+    const double turned = old.rotation().angularDistance(now.rotation());
+    if (moved < threshold_rad() && turned < threshold_rad()) return;
+  }
+  keyframes_[id] = keyframe->map_from_cam;
+  delta->keyframes_set.push_back({id, keyframe->map_from_cam});
+}
+
+void DeltaStream::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
+  const Point* point = map.point(id);
+  const auto sent = points_.find(id);
+  if (point == nullptr) {
+    if (sent == points_.end()) return;
+    delta->points_removed.push_back(id);
+    points_.erase(sent);
+    return;
+  }
+  if (!point->confirmed) return;
+  const Eigen::Vector3f position = point->position_in_map.cast<float>();
+  SentPoint& known = points_[id];
+  const bool is_new = sent == points_.end();
+  const Keyframe& source = *map.keyframe(point->source.keyframe_id);
+  const double distance = (point->position_in_map - source.map_from_cam.translation()).norm();
+  if (is_new || (position - known.position_in_map).norm() > threshold_rad() * distance) {
+    known.position_in_map = position;
+    delta->points_set.push_back({id, position});
+  }
+  std::vector<int32_t> keyframe_ids = keyframes_of(*point);
+  for (const int32_t k : without(keyframe_ids, known.keyframe_ids)) {
+    delta->observations_added.push_back({k, id});
+  }
+  for (const int32_t k : without(known.keyframe_ids, keyframe_ids)) {
+    delta->observations_removed.push_back({k, id});
+  }
+  known.keyframe_ids = std::move(keyframe_ids);
+}
+
+MapDelta DeltaStream::snapshot() const {
+  MapDelta all;
+  for (const auto& [id, pose] : keyframes_) all.keyframes_set.push_back({id, pose});
+  for (const auto& [id, point] : points_) {
+    all.points_set.push_back({id, point.position_in_map});
+    for (const int32_t k : point.keyframe_ids) all.observations_added.push_back({k, id});
+  }
+  std::sort(all.observations_added.begin(), all.observations_added.end());
+  return all;
+}
+
+}  // namespace foresight::slam

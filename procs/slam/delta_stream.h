@@ -1,0 +1,39 @@
+// Turns the changes of the map into deltas, and remembers what the receivers know.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <vector>
+
+#include "common/camera_model.h"
+#include "common/map_delta.h"
+#include "procs/slam/slam_map.h"
+#include "procs/slam/slam_options.h"
+
+namespace foresight::slam {
+
+class DeltaStream {
+ public:
+  DeltaStream(const CameraModel& camera, const SlamOptions& options);
+
+  /// Confirmed points and their observations only; moves smaller than the threshold are held back.
+  MapDelta take(SlamMap* map);
+  MapDelta snapshot() const;
+  size_t published_points() const { return points_.size(); }
+
+ private:
+  struct SentPoint {
+    Eigen::Vector3f position_in_map;
+    std::vector<int32_t> keyframe_ids;  // sorted
+  };
+  void take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta);
+  void take_point(const SlamMap& map, int32_t id, MapDelta* delta);
+  double threshold_rad() const;
+
+  CameraModel camera_;
+  SlamOptions options_;
+  std::map<int32_t, Pose<Map, Cam>> keyframes_;
+  std::map<int32_t, SentPoint> points_;
+};
+
+}  // namespace foresight::slam

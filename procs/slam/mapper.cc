@@ -1,0 +1,340 @@
+#include "procs/slam/mapper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "common/check.h"
+#include "procs/slam/geometry.h"
+
+namespace foresight::slam {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kSeedKeyframes = 6;        // newest ones whose seeds are alive
+constexpr size_t kVerifyKeyframes = 10;  // looked at for a new point
+constexpr double kDuplicate_px = 5;
+constexpr double kOccupied_px = 9;
+constexpr int kSimilarViewDeg = 40;
+constexpr int kOlderKeyframeSearches = 3;
+
+double median(std::vector<double> values, double fallback) {
+  if (values.empty()) return fallback;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_depth(const SlamMap& map, const Pose<Map, Cam>& map_from_cam,
+                    const std::vector<PointMatch>& matches, double fallback) {
+  const Pose<Cam, Map> cam_from_map = map_from_cam.inverse();
+  std::vector<double> depths;
+  for (const PointMatch& m : matches) {
+    const double z = (cam_from_map * map.point(m.point_id)->position_in_map).z();
+    if (z > 0) depths.push_back(z);
+  }
+  return median(std::move(depths), fallback);
+}
+
+// Ids ordered by count, larger first, then the newer keyframe.
+std::vector<int32_t> by_count(const std::map<int32_t, int>& counts) {
+  std::vector<int32_t> ids;
+  for (const auto& [id, count] : counts) ids.push_back(id);
+  std::stable_sort(ids.begin(), ids.end(), [&](int32_t a, int32_t b) {
+    return std::pair(-counts.at(a), -a) < std::pair(-counts.at(b), -b);
+  });
+  return ids;
+}
+
+double distance_in_depths(const SlamMap& map, const Pose<Map, Cam>& map_from_cam, double depth) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& [id, k] : map.keyframes()) {
+    const double turned = k.map_from_cam.rotation().angularDistance(map_from_cam.rotation());
+    if (turned > kSimilarViewDeg * kDegree) continue;
+    nearest = std::min(nearest,
+                       (k.map_from_cam.translation() - map_from_cam.translation()).norm() / depth);
+  }
+  return nearest;
+}
+
+}  // namespace
+
+Mapper::Mapper(const CameraModel& camera, const SlamOptions& options)
+    : camera_(camera), options_(options), seeds_(camera, options) {}
+
+void Mapper::begin(const InitialMap& initial, SlamMap* map) {
+  FORESIGHT_CHECK(map->empty());
+  seeds_.clear();
+  for (const InitialMap::View* view : {&initial.first, &initial.second}) {
+    Keyframe keyframe;
+    keyframe.time = view->time;
+    keyframe.map_from_cam = view->map_from_cam;
+    keyframe.pyramid = view->pyramid;
+    keyframe.thumbnail = make_thumbnail(view->pyramid);
+    map->add_keyframe(std::move(keyframe));
+  }
+  for (const InitialMap::PointInit& p : initial.points) {
+    const auto corner = make_corner(camera_, 0, p.corner);
+    if (!corner) continue;
+    const int32_t id = map->add_point(p.position_in_map, *corner);
+    map->add_observation(id, {1, 0, p.second_pixel, camera_.unproject(p.second_pixel)});
+  }
+  add_seeds(0, *map);
+  add_seeds(1, *map);
+  search_older_keyframes(1, *map);
+  const Keyframe& second = map->newest_keyframe();
+  seeds_.search_from(0, *map, second.pyramid, second.map_from_cam);
+  make_points(map);
+}
+
+bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt& tracking) const {
+  if ((time - map.newest_keyframe().time).seconds() < options_.keyframe_min_interval_s)
+    return false;
+  if (tracking.quality < 0.4) return false;  // do not build on a doubtful pose
+  std::set<int32_t> found;
+  for (const PointMatch& m : tracking.inliers) found.insert(m.point_id);
+  const std::map<int32_t, int> shared = shared_point_counts(map, found);
+  if (shared.empty()) return false;
+  const Keyframe& reference = *map.keyframe(by_count(shared).front());
+  const double depth =
+      median_depth(map, tracking.map_from_cam, tracking.inliers, reference.median_depth);
+  if (distance_in_depths(map, tracking.map_from_cam, depth) > options_.keyframe_baseline)
+    return true;
+  const PointFinder finder(camera_, map, reference.pyramid, tracking.map_from_cam);
+  int visible = 0;
+  for (const int32_t id : reference.point_ids) {
+    if (finder.predict(*map.point(id))) ++visible;
+  }
+  return visible < options_.keyframe_min_overlap * static_cast<double>(reference.point_ids.size());
+}
+
+int32_t Mapper::insert_keyframe(const Frame& frame, const TrackingAttempt& tracking, SlamMap* map) {
+  Keyframe keyframe;
+  keyframe.time = frame.time;
+  keyframe.map_from_cam = tracking.map_from_cam;
+  keyframe.pyramid = frame.pyramid;
+  keyframe.thumbnail = frame.thumbnail;
+  keyframe.median_depth = median_depth(*map, tracking.map_from_cam, tracking.inliers,
+                                       map->newest_keyframe().median_depth);
+  std::vector<PointMatch> matches = tracking.inliers;
+  for (const PointMatch& m : find_remaining_points(
+           camera_, *map, frame.pyramid, tracking.map_from_cam, tracking.searched, options_)) {
+    matches.push_back(m);
+  }
+  const int32_t id = map->add_keyframe(std::move(keyframe));
+  for (PointMatch& m : matches) {
+    m.observation.keyframe_id = id;
+    map->add_observation(m.point_id, m.observation);
+  }
+  review_points(map);
+  seeds_.prune(id - kSeedKeyframes);
+  add_seeds(id, *map);
+  search_older_keyframes(id, *map);
+  make_points(map);
+  return id;
+}
+
+void Mapper::grow(const Frame& frame, const Pose<Map, Cam>& map_from_cam, SlamMap* map) {
+  seeds_.search(*map, frame.pyramid, map_from_cam, options_.max_seed_searches);
+  make_points(map);
+  seeds_.prune(map->newest_keyframe().id - kSeedKeyframes);
+}
+
+void Mapper::add_seeds(int32_t keyframe_id, const SlamMap& map) {
+  const Keyframe& keyframe = *map.keyframe(keyframe_id);
+  OccupancyMask mask(camera_.width_px, camera_.height_px);
+  const PointFinder finder(camera_, map, keyframe.pyramid, keyframe.map_from_cam);
+  for (const int32_t id : keyframe.point_ids) {
+    const Point& point = *map.point(id);
+    if (const auto view = finder.predict(point)) mask.add(view->pixel, kOccupied_px);
+  }
+  for (const Seed& seed : seeds_.seeds()) {
+    const auto view = view_corner(camera_, seed.corner, 1 / seed.inverse_depth,
+                                  finder.view_from_keyframe(seed.corner.keyframe_id));
+    if (view && seed.sightings.size() > 1) mask.add(view->pixel, kOccupied_px);
+  }
+  for (const DetectedCorner& c :
+       detect_corners(keyframe.pyramid, options_.seeds_per_keyframe, &mask)) {
+    if (const auto corner = make_corner(camera_, keyframe_id, c)) {
+      seeds_.add(*corner, keyframe.median_depth);
+    }
+  }
+}
+
+void Mapper::search_older_keyframes(int32_t keyframe_id, const SlamMap& map) {
+  const Keyframe& keyframe = *map.keyframe(keyframe_id);
+  std::map<int32_t, int> shared = shared_point_counts(map, keyframe.point_ids);
+  shared.erase(keyframe_id);
+  std::vector<int32_t> ids = by_count(shared);
+  if (ids.size() > kOlderKeyframeSearches) ids.resize(kOlderKeyframeSearches);
+  for (const int32_t id : ids) {
+    const Keyframe& older = *map.keyframe(id);
+    seeds_.search_from(keyframe_id, map, older.pyramid, older.map_from_cam);
+  }
+}
+
+void Mapper::make_points(SlamMap* map) {
+  for (const Seed& seed : seeds_.take_mature()) make_point(seed, map);
+}
+
+bool Mapper::make_point(const Seed& seed, SlamMap* map) {
+  const Keyframe& source = *map->keyframe(seed.corner.keyframe_id);
+  for (const int32_t id : source.point_ids) {
+    for (const Observation& o : map->point(id)->observations) {
+      if (o.keyframe_id == source.id && (o.pixel - seed.corner.pixel).norm() < kDuplicate_px) {
+        return false;
+      }
+    }
+  }
+  const Vector3d position = source.map_from_cam * (seed.corner.ray / seed.inverse_depth);
+  const int32_t point_id = map->add_point(position, seed.corner);
+  std::map<int32_t, int> neighbours = shared_point_counts(*map, source.point_ids);
+  neighbours.erase(source.id);
+  std::vector<int32_t> ids = by_count(neighbours);
+  if (ids.size() > kVerifyKeyframes) ids.resize(kVerifyKeyframes);
+  PointSearch search;
+  search.min_zncc = options_.min_zncc;
+  for (const int32_t id : ids) {
+    const Keyframe& other = *map->keyframe(id);
+    const PointFinder finder(camera_, *map, other.pyramid, other.map_from_cam);
+    const Point& point = *map->point(point_id);
+    const auto view = finder.predict(point);
+    if (!view) continue;
+    const auto match = finder.find(point, *view, search);
+    if (!match) continue;
+    Observation observation = match->observation;
+    const double error_px =
+        (observation.pixel - view->pixel).norm() / level_scale(observation.level);
+    if (error_px > options_.max_reprojection_error_px) continue;
+    observation.keyframe_id = id;
+    map->add_observation(point_id, observation);
+  }
+  return true;
+}
+
+// Probation: a point is confirmed when enough keyframes see it, and goes when it proves bad.
+void Mapper::review_points(SlamMap* map) {
+  const int32_t newest = map->newest_keyframe().id;
+  std::vector<int32_t> bad, good;
+  for (const auto& [id, p] : map->points()) {
+    const auto seen = static_cast<int>(p.observations.size());
+    const bool rarely_found = p.predicted_count >= 12 &&
+                              p.found_count < options_.point_min_found_ratio * p.predicted_count;
+    const int age = newest - p.born_keyframe_id;
+    const bool unconfirmed =
+        !p.confirmed &&
+        ((age >= 2 && seen < 2) || (age >= 4 && seen < options_.point_confirm_keyframes));
+    if (seen == 0 || (!p.confirmed && rarely_found) || unconfirmed) {
+      bad.push_back(id);
+    } else if (!p.confirmed && seen >= options_.point_confirm_keyframes) {
+      good.push_back(id);
+    }
+  }
+  for (const int32_t id : bad) map->remove_point(id);
+  for (const int32_t id : good) map->confirm_point(id);
+}
+
+BundleProblem Mapper::bundle_problem(const SlamMap& map) const {
+  const Keyframe& newest = map.newest_keyframe();
+  std::map<int32_t, int> shared = shared_point_counts(map, newest.point_ids);
+  shared[newest.id] = std::numeric_limits<int>::max();
+  std::vector<int32_t> window = by_count(shared);
+  if (window.size() > static_cast<size_t>(options_.bundle_keyframes)) {
+    window.resize(static_cast<size_t>(options_.bundle_keyframes));
+  }
+  std::set<int32_t> point_ids;
+  for (const int32_t id : window) {
+    for (const int32_t point_id : map.keyframe(id)->point_ids) {
+      if (map.point(point_id)->observations.size() >= 2) point_ids.insert(point_id);
+    }
+  }
+  std::map<int32_t, int> fixed = shared_point_counts(map, point_ids);
+  for (const int32_t id : window) fixed.erase(id);
+  std::vector<int32_t> fixed_ids = by_count(fixed);
+  if (fixed_ids.size() > static_cast<size_t>(options_.bundle_max_fixed)) {
+    fixed_ids.resize(static_cast<size_t>(options_.bundle_max_fixed));
+  }
+  std::sort(window.begin(), window.end());
+
+  BundleProblem problem;
+  problem.max_iterations = options_.bundle_iterations;
+  std::map<int32_t, int32_t> index;
+  for (const int32_t id : window) {
+    // Without fixed neighbours the oldest two hold position and (nearly) scale.
+    const bool anchor = fixed_ids.empty() && id == window.front();
+    index[id] = static_cast<int32_t>(problem.keyframes.size());
+    problem.keyframes.push_back(
+        {id, anchor ? BundleRole::kFixed : BundleRole::kAdjusted, map.keyframe(id)->map_from_cam});
+  }
+  for (const int32_t id : fixed_ids) {
+    index[id] = static_cast<int32_t>(problem.keyframes.size());
+    problem.keyframes.push_back({id, BundleRole::kFixed, map.keyframe(id)->map_from_cam});
+  }
+  for (const int32_t id : point_ids) {
+    const Point& point = *map.point(id);
+    const auto point_index = static_cast<int32_t>(problem.points.size());
+    problem.points.push_back({id, point.position_in_map});
+    for (const Observation& o : point.observations) {
+      const auto it = index.find(o.keyframe_id);
+      if (it == index.end()) continue;
+      problem.observations.push_back(
+          {it->second, point_index, o.xy, camera_.fx_px / level_scale(o.level)});
+    }
+  }
+  return problem;
+}
+
+Pose<Map, Map> Mapper::apply(const BundleProblem& problem, const BundleSolution& solution,
+                             SlamMap* map) {
+  if (!solution.usable) return {};
+  std::map<int32_t, Pose<Map, Map>> moved;
+  for (const BundleKeyframe& k : solution.keyframes) {
+    const Keyframe* keyframe = map->keyframe(k.id);
+    if (keyframe == nullptr || k.role == BundleRole::kFixed) continue;
+    moved[k.id] = k.map_from_cam * keyframe->map_from_cam.inverse();
+    map->move_keyframe(k.id, k.map_from_cam);
+  }
+  carry_other_points(solution, moved, map);
+  for (const BundlePoint& p : solution.points) {
+    if (map->point(p.id) != nullptr) map->move_point(p.id, p.position_in_map);
+  }
+  remove_outliers(problem, solution, map);
+  return moved.empty() ? Pose<Map, Map>() : moved.rbegin()->second;
+}
+
+void Mapper::carry_other_points(const BundleSolution& solution,
+                                const std::map<int32_t, Pose<Map, Map>>& moved, SlamMap* map) {
+  std::set<int32_t> adjusted;
+  for (const BundlePoint& p : solution.points) adjusted.insert(p.id);
+  std::vector<std::pair<int32_t, Vector3d>> carried;
+  for (const auto& [id, point] : map->points()) {
+    const auto it = moved.find(point.source.keyframe_id);
+    if (it == moved.end() || adjusted.contains(id)) continue;
+    carried.emplace_back(id, it->second * point.position_in_map);
+  }
+  for (const auto& [id, position] : carried) map->move_point(id, position);
+}
+
+void Mapper::remove_outliers(const BundleProblem& problem, const BundleSolution& solution,
+                             SlamMap* map) {
+  std::set<int32_t> doomed;
+  for (const int32_t o : solution.outliers) {
+    const BundleObservation& observation = problem.observations[static_cast<size_t>(o)];
+    const int32_t point_id = problem.points[static_cast<size_t>(observation.point_index)].id;
+    const int32_t keyframe_id =
+        problem.keyframes[static_cast<size_t>(observation.keyframe_index)].id;
+    const Point* point = map->point(point_id);
+    if (point == nullptr) continue;
+    map->remove_observation(point_id, keyframe_id);
+    if (keyframe_id == point->source.keyframe_id || point->observations.size() < 2) {
+      doomed.insert(point_id);
+    }
+  }
+  for (const int32_t id : doomed) map->remove_point(id);
+}
+
+}  // namespace foresight::slam

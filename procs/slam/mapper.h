@@ -1,0 +1,56 @@
+// Grows and cleans the map on the main thread: when to make a keyframe, what goes into it, new
+// points from mature seeds, probation and culling, and the bundle adjustment problem around the
+// newest keyframe.
+#pragma once
+
+#include <map>
+
+#include "procs/slam/bundle_adjustment.h"
+#include "procs/slam/depth_seeds.h"
+#include "procs/slam/initializer.h"
+#include "procs/slam/slam_map.h"
+#include "procs/slam/slam_options.h"
+#include "procs/slam/tracker.h"
+
+namespace foresight::slam {
+
+/// An image with what tracking needs of it.
+struct Frame {
+  Time time;
+  ImagePyramid pyramid;
+  Thumbnail thumbnail;
+};
+
+class Mapper {
+ public:
+  Mapper(const CameraModel& camera, const SlamOptions& options);
+
+  /// Fills an empty map.
+  void begin(const InitialMap& initial, SlamMap* map);
+  bool wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt& tracking) const;
+  int32_t insert_keyframe(const Frame& frame, const TrackingAttempt& tracking, SlamMap* map);
+  /// Every placed image: searches seeds and turns mature ones into points.
+  void grow(const Frame& frame, const Pose<Map, Cam>& map_from_cam, SlamMap* map);
+
+  BundleProblem bundle_problem(const SlamMap& map) const;
+  /// Returns how the map moved around the newest adjusted keyframe.
+  Pose<Map, Map> apply(const BundleProblem& problem, const BundleSolution& solution, SlamMap* map);
+
+ private:
+  void add_seeds(int32_t keyframe_id, const SlamMap& map);
+  void search_older_keyframes(int32_t keyframe_id, const SlamMap& map);
+  void make_points(SlamMap* map);
+  bool make_point(const Seed& seed, SlamMap* map);
+  void review_points(SlamMap* map);
+  /// Points that were not in the problem move with their source keyframe.
+  static void carry_other_points(const BundleSolution& solution,
+                                 const std::map<int32_t, Pose<Map, Map>>& moved, SlamMap* map);
+  static void remove_outliers(const BundleProblem& problem, const BundleSolution& solution,
+                              SlamMap* map);
+
+  CameraModel camera_;
+  SlamOptions options_;
+  DepthSeeds seeds_;
+};
+
+}  // namespace foresight::slam

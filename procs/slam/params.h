@@ -1,0 +1,55 @@
+#pragma once
+
+#include "common/params.h"
+#include "procs/slam/slam_options.h"
+
+namespace foresight {
+
+struct SlamParams {
+  SlamOptions options;
+  double view_rate_hz = 30;
+  double mapping_cost_s = 0.1;
+
+  template <class V>
+  void visit(V& v) {
+    v("init_min_parallax_deg", options.init_min_parallax_deg,
+      {.unit = "deg", .min = 0.2, .max = 10, .doc = "median parallax that a first map needs"});
+    v("init_min_points", options.init_min_points,
+      {.unit = "1", .min = 30, .max = 2000, .doc = "points that a first map needs"});
+    v("max_tracked_points", options.max_tracked_points,
+      {.unit = "1", .min = 50, .max = 5000, .doc = "points searched per frame"});
+    v("seeds_per_keyframe", options.seeds_per_keyframe,
+      {.unit = "1", .min = 0, .max = 5000, .doc = "corners of a keyframe whose depth is sought"});
+    v("keyframe_baseline", options.keyframe_baseline,
+      {.unit = "1",
+       .min = 0.005,
+       .max = 1,
+       .doc = "distance between keyframes as a share of the scene's depth"});
+    v("bundle_keyframes", options.bundle_keyframes,
+      {.unit = "1", .min = 3, .max = 50, .doc = "keyframes adjusted together"});
+    v("min_quality", options.min_quality,
+      {.unit = "1",
+       .min = 0.05,
+       .max = 0.95,
+       .doc = "share of points found below which it is lost"});
+    v("restart_after_s", options.restart_after_s,
+      {.unit = "s",
+       .min = 0.5,
+       .max = 3600,
+       .doc = "a tiny map that stays lost so long is given up for a new one"});
+    v("delta_threshold_px", options.delta_threshold_px,
+      {.unit = "px",
+       .min = 0,
+       .max = 10,
+       .doc = "points that moved less, as seen in the image, are not sent again"});
+    v("view_rate_hz", view_rate_hz,
+      {.unit = "Hz", .min = 0.1, .max = 1000, .doc = "VIEW messages per second at most"});
+    v("mapping_cost_s", mapping_cost_s,
+      {.unit = "s",
+       .min = 0,
+       .max = 10,
+       .doc = "how long a mapping job takes on a simulated clock (measured: about 0.1 s)"});
+  }
+};
+
+}  // namespace foresight

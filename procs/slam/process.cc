@@ -1,0 +1,166 @@
+#include "procs/slam/process.h"
+
+#include "common/image_codec.h"
+#include "common/messages.h"
+
+namespace foresight {
+
+SlamProcess::SlamProcess(Node& node, const SlamParams& params)
+    : node_(node),
+      params_(params),
+      poses_(node.advertise<camera_pose_t>(
+          {.channel = "CAMERA_POSE", .rate_hz = 30, .doc = "pose of every frame, or why not"})),
+      views_(node.advertise<view_t>(
+          {.channel = "VIEW", .rate_hz = params.view_rate_hz, .doc = "frame with its pose"})),
+      deltas_(node.advertise<map_delta_t>(
+                  {.channel = "MAP_DELTA", .doc = "changed keyframes, points and observations"}),
+              node.now()) {
+  node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"},
+                                Queue::kLatest,
+                                [this](const camera_info_t& m) { on_camera_info(m); });
+  node.subscribe<image_t>({.channel = "IMAGE", .rate_hz = 30, .doc = "frames"}, Queue::kLatest,
+                          [this](const image_t& m) { on_image(m); });
+  node.subscribe<slam_command_t>({.channel = "SLAM_COMMAND", .doc = "orders: reset the map"},
+                                 Queue::kAll, [this](const slam_command_t& m) { on_command(m); });
+  node.subscribe<snapshot_request_t>(
+      {.channel = "SNAPSHOT_REQUEST", .doc = "asks for the whole map"}, Queue::kAll,
+      [this](const snapshot_request_t& m) { on_request(m); });
+  node.every(seconds(1), "input watch", [this] {
+    if (node_.now() - last_image_ > seconds(1)) {
+      node_.set_state(ProcessState::kWaiting, camera_ ? "no IMAGE arrives" : "no CAMERA_INFO yet");
+    }
+  });
+}
+
+void SlamProcess::on_camera_info(const camera_info_t& message) {
+  const auto camera = from_message(message);
+  if (!camera) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
+  if (camera_ && *camera == *camera_) return;
+  camera_ = camera;
+  slam_ = std::make_unique<Slam>(*camera_, params_.options);
+  core_epoch_ = -1;
+  ++generation_;
+}
+
+void SlamProcess::on_image(const image_t& message) {
+  if (!slam_) return;  // CAMERA_INFO comes first; "input watch" says so when it does not
+  if (message.utime <= last_image_.us && node_.now() - last_image_ < seconds(1)) {
+    return node_.reject_message("IMAGE", "time-stamp does not increase");
+  }
+  const auto image = decode_image(message, 1);
+  if (!image) return node_.reject_message("IMAGE", "is damaged");
+  if (image->width_px != camera_->width_px || image->height_px != camera_->height_px) {
+    return node_.reject_message("IMAGE", "has not the size that CAMERA_INFO gives");
+  }
+  last_image_ = {message.utime};
+  const TrackingResult result = slam_->track(
+      last_image_, {image->bytes.data(), image->width_px, image->height_px, image->width_px});
+  update_epoch(last_image_);
+  const camera_pose_t pose = to_message(result);
+  poses_.publish(pose);
+  publish_view(message, pose, result.is_keyframe);
+  publish_delta();
+  continue_mapping();
+  publish_health(result);
+}
+
+void SlamProcess::on_command(const slam_command_t& command) {
+  if (command.command == slam_command_t::COMMAND_RESET_MAP && slam_) {
+    slam_->reset("reset by command");
+  }
+}
+
+void SlamProcess::on_request(const snapshot_request_t& request) {
+  if (request.channel == "MAP_DELTA" && slam_ && epoch_is_sent_) {
+    deltas_.send_snapshot(data_time_, slam_->snapshot());
+  }
+}
+
+camera_pose_t SlamProcess::to_message(const TrackingResult& result) const {
+  camera_pose_t pose{};
+  pose.utime = result.time.us;
+  pose.epoch = epoch_;
+  pose.map_from_cam_quat_wxyz[0] = 1;
+  pose.state = camera_pose_t::STATE_INITIALISING;
+  if (result.state == TrackingState::kTracking) {
+    pose.state = camera_pose_t::STATE_TRACKING;
+    write_pose(result.map_from_cam, &pose);
+  } else if (result.state == TrackingState::kLost) {
+    pose.state = camera_pose_t::STATE_LOST;
+  }
+  pose.quality = static_cast<float>(result.quality);
+  pose.points_predicted = result.points_predicted;
+  pose.points_found = result.points_found;
+  pose.reason = result.reason;
+  return pose;
+}
+
+void SlamProcess::publish_view(const image_t& image, const camera_pose_t& pose, bool is_keyframe) {
+  const double period_s = 1.0 / params_.view_rate_hz;
+  const bool due = (Time{image.utime} - last_view_).seconds() >= 0.9 * period_s;
+  if (!due && !is_keyframe) return;
+  last_view_ = {image.utime};
+  view_t view{};
+  view.utime = image.utime;
+  view.pose = pose;
+  view.is_keyframe = is_keyframe ? 1 : 0;
+  view.image = image;
+  views_.publish(view);
+}
+
+// An epoch is named by the frame with which it began, so that it stays unique across restarts.
+void SlamProcess::update_epoch(Time time) {
+  if (slam_->epoch() == core_epoch_) return;
+  core_epoch_ = slam_->epoch();
+  epoch_ = time.us;
+  epoch_is_sent_ = false;
+}
+
+void SlamProcess::publish_delta() {
+  const MapDelta delta = slam_->take_delta();
+  if (delta.empty()) return;
+  data_time_ = last_image_;
+  deltas_.send_delta(data_time_, epoch_, delta);
+  epoch_is_sent_ = true;
+}
+
+void SlamProcess::continue_mapping() {
+  if (node_.job_running()) return;
+  auto job = slam_->take_job();
+  if (!job) return;
+  // std::function copies its callable, a MappingJob cannot be copied: shared pointers carry it.
+  auto shared_job = std::make_shared<MappingJob>(std::move(*job));
+  const bool started = node_.run_beside(
+      [this, shared_job, generation = generation_]() -> std::function<void()> {
+        auto result = std::make_shared<MappingResult>(Slam::run(std::move(*shared_job)));
+        return [this, result, generation] {
+          if (generation != generation_) return;  // the camera changed meanwhile
+          slam_->apply(std::move(*result));
+          publish_delta();
+          continue_mapping();
+        };
+      },
+      seconds(params_.mapping_cost_s));
+  static_cast<void>(started);  // job_running() was asked above
+}
+
+void SlamProcess::publish_health(const TrackingResult& result) {
+  const SlamStatistics s = slam_->statistics();
+  node_.set_metric("keyframes", s.keyframes);
+  node_.set_metric("points", s.points);
+  node_.set_metric("published_points", s.published_points);
+  node_.set_metric("losses", s.losses);
+  node_.set_metric("relocalisations", s.relocalisations);
+  node_.set_metric("restarts", s.restarts);
+  node_.set_metric("quality", result.quality);
+  switch (result.state) {
+    case TrackingState::kTracking:
+      return node_.set_state(ProcessState::kOk, "");
+    case TrackingState::kInitialising:
+      return node_.set_state(ProcessState::kWaiting, "initialising: " + result.reason);
+    case TrackingState::kLost:
+      return node_.set_state(ProcessState::kDegraded, "lost: " + result.reason);
+  }
+}
+
+}  // namespace foresight

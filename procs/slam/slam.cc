@@ -1,0 +1,311 @@
+#include "procs/slam/slam.h"
+
+#include <opencv2/core.hpp>
+#include <utility>
+
+#include "procs/slam/bundle_adjustment.h"
+#include "procs/slam/delta_stream.h"
+#include "procs/slam/initializer.h"
+#include "procs/slam/mapper.h"
+#include "procs/slam/motion_model.h"
+#include "procs/slam/relocalizer.h"
+#include "procs/slam/slam_map.h"
+#include "procs/slam/tracker.h"
+
+namespace foresight {
+
+using slam::Frame;
+using slam::SearchWidth;
+using slam::TrackingAttempt;
+
+struct MappingJob::Data {
+  int epoch = 0;
+  slam::BundleProblem problem;
+};
+struct MappingResult::Data {
+  int epoch = 0;
+  slam::BundleProblem problem;
+  slam::BundleSolution solution;
+};
+MappingJob::MappingJob(std::unique_ptr<Data> job_data) : data(std::move(job_data)) {}
+MappingJob::MappingJob(MappingJob&&) noexcept = default;
+MappingJob& MappingJob::operator=(MappingJob&&) noexcept = default;
+MappingJob::~MappingJob() = default;
+MappingResult::MappingResult(std::unique_ptr<Data> result_data) : data(std::move(result_data)) {}
+MappingResult::MappingResult(MappingResult&&) noexcept = default;
+MappingResult& MappingResult::operator=(MappingResult&&) noexcept = default;
+MappingResult::~MappingResult() = default;
+
+class Slam::Impl {
+ public:
+  Impl(const CameraModel& camera, const SlamOptions& options)
+      : camera_(camera),
+        options_(options),
+        initializer_(camera_, options),
+        mapper_(camera_, options),
+        motion_(camera_),
+        relocalizer_(camera_),
+        deltas_(camera_, options) {}
+
+  TrackingResult track(Time time, const GrayImageView& image);
+  void reset(const std::string& reason);
+  std::optional<MappingJob> take_job();
+  void apply(MappingResult result);
+  SlamStatistics statistics() const;
+
+  slam::DeltaStream& deltas() { return deltas_; }
+  slam::SlamMap& map() { return map_; }
+  int epoch() const { return epoch_; }
+
+ private:
+  std::string reject(Time time, const GrayImageView& image) const;
+  void initialise(const Frame& frame, TrackingResult* result);
+  void follow(const Frame& frame, TrackingResult* result);
+  void search_again(const Frame& frame, TrackingResult* result);
+  bool good_enough(const TrackingAttempt& attempt) const;
+  bool good_to_relocalise(const TrackingAttempt& attempt) const;
+  TrackingAttempt attempt(const Frame& frame, const Pose<Map, Cam>& pose, SearchWidth width) const;
+  void accept(const Frame& frame, const TrackingAttempt& attempt, TrackingResult* result);
+  void report(const TrackingAttempt& attempt, TrackingResult* result) const;
+  void count_found(const TrackingAttempt& attempt);
+
+  CameraModel camera_;
+  SlamOptions options_;
+  slam::Initializer initializer_;
+  slam::Mapper mapper_;
+  slam::MotionModel motion_;
+  slam::Relocalizer relocalizer_;
+  slam::DeltaStream deltas_;
+  slam::SlamMap map_;
+  int epoch_ = 0;
+  TrackingState state_ = TrackingState::kInitialising;
+  std::optional<Time> last_time_;
+  Time lost_since_;
+  int good_frames_ = 0;  // in a row
+  bool bundle_wanted_ = false;
+  std::string reset_reason_;
+  SlamStatistics counters_;
+};
+
+std::string Slam::Impl::reject(Time time, const GrayImageView& image) const {
+  if (image.pixels == nullptr || image.width_px != camera_.width_px ||
+      image.height_px != camera_.height_px || image.stride_bytes < image.width_px) {
+    return "image is " + std::to_string(image.width_px) + " x " + std::to_string(image.height_px) +
+           " px, the camera " + std::to_string(camera_.width_px) + " x " +
+           std::to_string(camera_.height_px);
+  }
+  if (camera_.width_px < 160 || camera_.height_px < 120) return "images below 160 x 120 px";
+  if (last_time_ && time <= *last_time_) return "image is not newer than the last one";
+  return "";
+}
+
+TrackingResult Slam::Impl::track(Time time, const GrayImageView& image) {
+  TrackingResult result;
+  result.time = time;
+  result.state = state_;
+  result.map_from_cam = motion_.last_pose();
+  result.epoch = epoch_;
+  result.reason = reject(time, image);
+  if (!result.reason.empty()) {
+    if (state_ == TrackingState::kTracking) result.state = TrackingState::kLost;
+    return result;
+  }
+  last_time_ = time;
+  Frame frame;
+  frame.time = time;
+  frame.pyramid = slam::build_pyramid(image);
+  frame.thumbnail = slam::make_thumbnail(frame.pyramid);
+  switch (state_) {
+    case TrackingState::kInitialising:
+      initialise(frame, &result);
+      break;
+    case TrackingState::kTracking:
+      follow(frame, &result);
+      break;
+    case TrackingState::kLost:
+      search_again(frame, &result);
+      break;
+  }
+  result.state = state_;
+  result.epoch = epoch_;
+  return result;
+}
+
+void Slam::Impl::initialise(const Frame& frame, TrackingResult* result) {
+  slam::Initializer::Outcome outcome = initializer_.feed(frame.time, frame.pyramid);
+  result->reason = outcome.reason;
+  if (!reset_reason_.empty()) result->reason = reset_reason_ + "; " + outcome.reason;
+  if (!outcome.map) return;
+  reset_reason_.clear();
+  mapper_.begin(*outcome.map, &map_);
+  initializer_.restart();
+  bundle_wanted_ = true;
+  motion_.forget();
+  motion_.update(frame.time, frame.thumbnail, outcome.map->second.map_from_cam);
+  state_ = TrackingState::kTracking;
+  good_frames_ = 1;
+  result->reason.clear();
+  result->map_from_cam = outcome.map->second.map_from_cam;
+  result->quality = 1;
+  result->points_predicted = result->points_found = static_cast<int>(outcome.map->points.size());
+  result->is_keyframe = true;
+}
+
+bool Slam::Impl::good_enough(const TrackingAttempt& attempt) const {
+  return attempt.quality >= options_.min_quality &&
+         attempt.inliers.size() >= static_cast<size_t>(options_.min_found_points);
+}
+
+bool Slam::Impl::good_to_relocalise(const TrackingAttempt& attempt) const {
+  return attempt.quality >= options_.relocalise_min_inlier_ratio &&
+         attempt.inliers.size() >= static_cast<size_t>(options_.relocalise_min_inliers);
+}
+
+TrackingAttempt Slam::Impl::attempt(const Frame& frame, const Pose<Map, Cam>& pose,
+                                    SearchWidth width) const {
+  return slam::track_points(camera_, map_, frame.pyramid, pose, width, options_);
+}
+
+void Slam::Impl::report(const TrackingAttempt& attempt, TrackingResult* result) const {
+  result->map_from_cam = attempt.map_from_cam;
+  result->quality = attempt.quality;
+  result->points_predicted = static_cast<int>(attempt.searched.size());
+  result->points_found = static_cast<int>(attempt.inliers.size());
+}
+
+void Slam::Impl::follow(const Frame& frame, TrackingResult* result) {
+  const double depth = map_.newest_keyframe().median_depth;
+  const Pose<Map, Cam> predicted = motion_.predict(frame.time, frame.thumbnail, depth);
+  TrackingAttempt tried = attempt(frame, predicted, SearchWidth::kNarrow);
+  if (!good_enough(tried)) {
+    TrackingAttempt wide = attempt(frame, predicted, SearchWidth::kWide);
+    if (wide.quality > tried.quality) tried = std::move(wide);
+  }
+  report(tried, result);
+  if (good_enough(tried)) {
+    accept(frame, tried, result);
+    return;
+  }
+  state_ = TrackingState::kLost;
+  lost_since_ = frame.time;
+  ++counters_.losses;
+  good_frames_ = 0;
+  result->reason = "found " + std::to_string(result->points_found) + " of " +
+                   std::to_string(result->points_predicted) + " points";
+}
+
+void Slam::Impl::search_again(const Frame& frame, TrackingResult* result) {
+  std::vector<Pose<Map, Cam>> poses = {
+      motion_.predict(frame.time, frame.thumbnail, map_.newest_keyframe().median_depth)};
+  for (const Pose<Map, Cam>& pose : relocalizer_.similar_views(map_, frame.thumbnail)) {
+    poses.push_back(pose);
+  }
+  TrackingAttempt best;
+  for (const Pose<Map, Cam>& pose : poses) {
+    TrackingAttempt tried = attempt(frame, pose, SearchWidth::kWide);
+    if (tried.quality >= best.quality) best = std::move(tried);
+    if (good_to_relocalise(best)) break;
+  }
+  report(best, result);
+  if (good_to_relocalise(best)) {
+    state_ = TrackingState::kTracking;
+    ++counters_.relocalisations;
+    result->relocalised = true;
+    motion_.forget();
+    accept(frame, best, result);
+    return;
+  }
+  const double lost_s = (frame.time - lost_since_).seconds();
+  result->reason = "lost for " + std::to_string(lost_s) + " s";
+  if (lost_s > options_.restart_after_s &&
+      map_.keyframes().size() <= static_cast<size_t>(options_.tiny_map_keyframes)) {
+    reset("lost a tiny map");
+    result->reason = reset_reason_;
+  }
+}
+
+void Slam::Impl::count_found(const TrackingAttempt& attempt) {
+  if (attempt.quality < 0.5) return;  // blur or occlusion says little about the points
+  auto found = attempt.inliers.begin();
+  for (const int32_t id : attempt.searched) {
+    while (found != attempt.inliers.end() && found->point_id < id) ++found;
+    map_.count_prediction(id, found != attempt.inliers.end() && found->point_id == id);
+  }
+}
+
+void Slam::Impl::accept(const Frame& frame, const TrackingAttempt& attempt,
+                        TrackingResult* result) {
+  motion_.update(frame.time, frame.thumbnail, attempt.map_from_cam);
+  ++good_frames_;
+  count_found(attempt);
+  if (good_frames_ < 3) return;
+  mapper_.grow(frame, attempt.map_from_cam, &map_);
+  if (!mapper_.wants_keyframe(map_, frame.time, attempt)) return;
+  mapper_.insert_keyframe(frame, attempt, &map_);
+  result->is_keyframe = true;
+  bundle_wanted_ = true;
+}
+
+void Slam::Impl::reset(const std::string& reason) {
+  map_ = slam::SlamMap();
+  mapper_ = slam::Mapper(camera_, options_);
+  deltas_ = slam::DeltaStream(camera_, options_);
+  initializer_.restart();
+  motion_ = slam::MotionModel(camera_);
+  state_ = TrackingState::kInitialising;
+  good_frames_ = 0;
+  bundle_wanted_ = false;
+  reset_reason_ = reason;
+  ++epoch_;
+  ++counters_.restarts;
+}
+
+std::optional<MappingJob> Slam::Impl::take_job() {
+  if (!bundle_wanted_ || map_.empty()) return std::nullopt;
+  bundle_wanted_ = false;
+  auto data = std::make_unique<MappingJob::Data>();
+  data->epoch = epoch_;
+  data->problem = mapper_.bundle_problem(map_);
+  return MappingJob(std::move(data));
+}
+
+void Slam::Impl::apply(MappingResult result) {
+  if (result.data == nullptr || result.data->epoch != epoch_) return;
+  motion_.correct(mapper_.apply(result.data->problem, result.data->solution, &map_));
+}
+
+SlamStatistics Slam::Impl::statistics() const {
+  SlamStatistics s = counters_;
+  s.keyframes = static_cast<int>(map_.keyframes().size());
+  s.points = static_cast<int>(map_.points().size());
+  s.published_points = static_cast<int>(deltas_.published_points());
+  return s;
+}
+
+Slam::Slam(const CameraModel& camera, const SlamOptions& options) {
+  CameraModel prepared = camera;
+  prepared.prepare();
+  impl_ = std::make_unique<Impl>(prepared, options);
+}
+Slam::~Slam() = default;
+
+TrackingResult Slam::track(Time time, const GrayImageView& image) {
+  return impl_->track(time, image);
+}
+MapDelta Slam::take_delta() { return impl_->deltas().take(&impl_->map()); }
+MapDelta Slam::snapshot() const { return impl_->deltas().snapshot(); }
+int Slam::epoch() const { return impl_->epoch(); }
+void Slam::reset(const std::string& reason) { impl_->reset(reason); }
+std::optional<MappingJob> Slam::take_job() { return impl_->take_job(); }
+void Slam::apply(MappingResult result) { impl_->apply(std::move(result)); }
+SlamStatistics Slam::statistics() const { return impl_->statistics(); }
+
+MappingResult Slam::run(MappingJob job) {
+  auto data = std::make_unique<MappingResult::Data>();
+  data->epoch = job.data->epoch;
+  data->problem = std::move(job.data->problem);
+  data->solution = slam::adjust_bundle(data->problem);
+  return MappingResult(std::move(data));
+}
+
+}  // namespace foresight

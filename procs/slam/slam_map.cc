@@ -1,0 +1,151 @@
+#include "procs/slam/slam_map.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/check.h"
+
+namespace foresight::slam {
+namespace {
+
+auto find_observation(std::vector<Observation>& observations, int32_t keyframe_id) {
+  return std::lower_bound(observations.begin(), observations.end(), keyframe_id,
+                          [](const Observation& o, int32_t id) { return o.keyframe_id < id; });
+}
+
+}  // namespace
+
+const Keyframe* SlamMap::keyframe(int32_t id) const {
+  const auto it = keyframes_.find(id);
+  return it == keyframes_.end() ? nullptr : &it->second;
+}
+
+const Point* SlamMap::point(int32_t id) const {
+  const auto it = points_.find(id);
+  return it == points_.end() ? nullptr : &it->second;
+}
+
+const Keyframe& SlamMap::newest_keyframe() const {
+  FORESIGHT_CHECK(!keyframes_.empty());
+  return keyframes_.rbegin()->second;
+}
+
+int32_t SlamMap::add_keyframe(Keyframe keyframe) {
+  keyframe.id = next_keyframe_id_++;
+  touched_.keyframes.insert(keyframe.id);
+  const int32_t id = keyframe.id;
+  keyframes_.emplace(id, std::move(keyframe));
+  return id;
+}
+
+int32_t SlamMap::add_point(const Eigen::Vector3d& position_in_map, const Corner& source) {
+  FORESIGHT_CHECK(keyframes_.contains(source.keyframe_id));
+  Point point;
+  point.id = next_point_id_++;
+  point.position_in_map = position_in_map;
+  point.source = source;
+  point.born_keyframe_id = next_keyframe_id_ - 1;
+  const int32_t id = point.id;
+  points_.emplace(id, std::move(point));
+  touched_.points.insert(id);
+  add_observation(id, {source.keyframe_id, source.level, source.pixel, source.ray.head<2>()});
+  return id;
+}
+
+Point& SlamMap::point_ref(int32_t id) {
+  const auto it = points_.find(id);
+  FORESIGHT_CHECK(it != points_.end());
+  return it->second;
+}
+
+void SlamMap::remove_point(int32_t id) {
+  for (const Observation& o : point_ref(id).observations) {
+    keyframes_.at(o.keyframe_id).point_ids.erase(id);
+  }
+  points_.erase(id);
+  touched_.points.insert(id);
+}
+
+void SlamMap::move_keyframe(int32_t id, const Pose<Map, Cam>& map_from_cam) {
+  keyframes_.at(id).map_from_cam = map_from_cam;
+  touched_.keyframes.insert(id);
+}
+
+void SlamMap::move_point(int32_t id, const Eigen::Vector3d& position_in_map) {
+  point_ref(id).position_in_map = position_in_map;
+  touched_.points.insert(id);
+}
+
+void SlamMap::set_median_depth(int32_t keyframe_id, double depth) {
+  keyframes_.at(keyframe_id).median_depth = depth;
+}
+
+void SlamMap::add_observation(int32_t point_id, const Observation& observation) {
+  std::vector<Observation>& observations = point_ref(point_id).observations;
+  const auto it = find_observation(observations, observation.keyframe_id);
+  if (it != observations.end() && it->keyframe_id == observation.keyframe_id) {
+    *it = observation;
+    return;
+  }
+  observations.insert(it, observation);
+  keyframes_.at(observation.keyframe_id).point_ids.insert(point_id);
+  touched_.points.insert(point_id);
+}
+
+void SlamMap::remove_observation(int32_t point_id, int32_t keyframe_id) {
+  std::vector<Observation>& observations = point_ref(point_id).observations;
+  const auto it = find_observation(observations, keyframe_id);
+  if (it == observations.end() || it->keyframe_id != keyframe_id) return;
+  observations.erase(it);
+  keyframes_.at(keyframe_id).point_ids.erase(point_id);
+  touched_.points.insert(point_id);
+}
+
+void SlamMap::count_prediction(int32_t point_id, bool found) {
+  Point& point = point_ref(point_id);
+  ++point.predicted_count;
+  if (found) ++point.found_count;
+}
+
+void SlamMap::confirm_point(int32_t id) {
+  point_ref(id).confirmed = true;
+  touched_.points.insert(id);
+}
+
+SlamMap::Touched SlamMap::take_touched() { return std::exchange(touched_, {}); }
+
+void SlamMap::validate() const {
+  size_t observation_count = 0;
+  for (const auto& [id, point] : points_) {
+    FORESIGHT_CHECK(id == point.id && id < next_point_id_);
+    FORESIGHT_CHECK(point.position_in_map.allFinite());
+    FORESIGHT_CHECK(keyframes_.contains(point.source.keyframe_id));
+    int32_t last = -1;
+    for (const Observation& o : point.observations) {
+      FORESIGHT_CHECK(o.keyframe_id > last);
+      FORESIGHT_CHECK(keyframes_.at(o.keyframe_id).point_ids.contains(id));
+      last = o.keyframe_id;
+    }
+    observation_count += point.observations.size();
+  }
+  for (const auto& [id, keyframe] : keyframes_) {
+    FORESIGHT_CHECK(id == keyframe.id && keyframe.map_from_cam.is_finite());
+    for (const int32_t point_id : keyframe.point_ids) {
+      FORESIGHT_CHECK(points_.contains(point_id));
+    }
+    observation_count -= keyframe.point_ids.size();
+  }
+  FORESIGHT_CHECK(observation_count == 0);
+}
+
+std::map<int32_t, int> shared_point_counts(const SlamMap& map, const std::set<int32_t>& point_ids) {
+  std::map<int32_t, int> counts;
+  for (const int32_t id : point_ids) {
+    const Point* point = map.point(id);
+    if (point == nullptr) continue;
+    for (const Observation& o : point->observations) ++counts[o.keyframe_id];
+  }
+  return counts;
+}
+
+}  // namespace foresight::slam

@@ -1,0 +1,103 @@
+// The map: keyframes with their images, points with the corner they come from, and who saw what.
+// Ids are never reused within an epoch; iteration is in id order, so that it is deterministic.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "common/frames.h"
+#include "common/time.h"
+#include "procs/slam/image_pyramid.h"
+#include "procs/slam/thumbnail.h"
+
+namespace foresight::slam {
+
+/// Where one keyframe saw a point.
+struct Observation {
+  int32_t keyframe_id = 0;
+  int level = 0;          // pyramid level of the measurement
+  Eigen::Vector2d pixel;  // of the full image
+  Eigen::Vector2d xy;     // (x/z, y/z) of the ray
+};
+
+/// The corner a point (or seed) comes from: the patch that is looked for in other images.
+struct Corner {
+  int32_t keyframe_id = 0;
+  int level = 0;
+  Eigen::Vector2d pixel;  // of the full image
+  /// Rays (z = 1) through the corner and through its neighbours one pixel (of its level) to the
+  /// right and below: they carry the patch into other views.
+  Eigen::Vector3d ray, ray_right, ray_down;
+};
+
+struct Point {
+  int32_t id = 0;
+  Eigen::Vector3d position_in_map;
+  Corner source;
+  std::vector<Observation> observations;  // sorted by keyframe
+  int32_t born_keyframe_id = 0;           // newest keyframe when it was made
+  int32_t predicted_count = 0;            // images it was searched for in
+  int32_t found_count = 0;                // and found
+  bool confirmed = false;                 // ended its probation well: receivers know it
+
+  /// Probability of finding it, from its history.
+  double find_probability() const { return (found_count + 2.0) / (predicted_count + 3.0); }
+};
+
+struct Keyframe {
+  int32_t id = 0;
+  Time time;
+  Pose<Map, Cam> map_from_cam;
+  ImagePyramid pyramid;
+  Thumbnail thumbnail;
+  double median_depth = 1;
+  std::set<int32_t> point_ids;  // of its observations
+};
+
+class SlamMap {
+ public:
+  const std::map<int32_t, Keyframe>& keyframes() const { return keyframes_; }
+  const std::map<int32_t, Point>& points() const { return points_; }
+  const Keyframe* keyframe(int32_t id) const;
+  const Point* point(int32_t id) const;
+  bool empty() const { return keyframes_.empty(); }
+  const Keyframe& newest_keyframe() const;
+
+  int32_t add_keyframe(Keyframe keyframe);  // gives it the next id
+  int32_t add_point(const Eigen::Vector3d& position_in_map, const Corner& source);
+  void remove_point(int32_t id);
+  void move_keyframe(int32_t id, const Pose<Map, Cam>& map_from_cam);
+  void move_point(int32_t id, const Eigen::Vector3d& position_in_map);
+  void set_median_depth(int32_t keyframe_id, double depth);
+  /// Replaces the observation of the same keyframe, if there is one.
+  void add_observation(int32_t point_id, const Observation& observation);
+  void remove_observation(int32_t point_id, int32_t keyframe_id);
+  void count_prediction(int32_t point_id, bool found);
+  void confirm_point(int32_t id);
+
+  /// Elements touched since the last call, for the delta stream.
+  struct Touched {
+    std::set<int32_t> keyframes, points;  // points include those whose observations changed
+  };
+  Touched take_touched();
+
+  /// Broken invariants end the process (tests call it after every step).
+  void validate() const;
+
+ private:
+  Point& point_ref(int32_t id);
+
+  std::map<int32_t, Keyframe> keyframes_;
+  std::map<int32_t, Point> points_;
+  int32_t next_keyframe_id_ = 0;
+  int32_t next_point_id_ = 0;
+  Touched touched_;
+};
+
+/// How many of these points each keyframe sees.
+std::map<int32_t, int> shared_point_counts(const SlamMap& map, const std::set<int32_t>& point_ids);
+
+}  // namespace foresight::slam
