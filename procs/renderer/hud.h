@@ -1,9 +1,7 @@
-// What the operator sees around the pictures: the delayed video, the layout, and a status panel.
+// What the operator sees around the pictures: the layout, and a status panel.
 //
 //   Hud hud;                                               // needs a current GlContext
-//   const auto places = place_pictures(Layout::kSideBySide, context.width_px(),
-//   context.height_px(),
-//                                      4.0 / 3.0);
+//   const auto places = place_pictures(Layout::kSideBySide, 1280, 480, 4.0 / 3.0);
 //   video.draw(camera.undistorted());                      // VideoRenderer, same lens shader
 //   context.bind();
 //   hud.clear();
@@ -17,9 +15,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "common/camera_model.h"
-#include "procs/renderer/scene_renderer.h"
 
 namespace foresight {
 
@@ -45,23 +40,6 @@ struct Panel {
   Badge badge = Badge::kOk;
   std::string title;               // printable ASCII
   std::vector<std::string> lines;  // e.g. "delay 300 ms"
-};
-
-/// The delayed video without lens distortion, drawn by the shader that paints the scene, so that
-/// both pictures match pixel for pixel at the same pose.
-class VideoRenderer {
- public:
-  VideoRenderer();  // throws GlError
-  ~VideoRenderer();
-  [[nodiscard]] InputStatus set_image(const CameraModel& camera, const Image& image);
-  /// Draws into colour(); before the first image: black. The camera must be free of distortion.
-  RenderStatus draw(const CameraModel& camera);
-  unsigned colour() const;
-  RenderedFrame read_back() const;
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
 };
 
 class Hud {

@@ -1,0 +1,51 @@
+#include "procs/renderer/depth_camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace foresight {
+namespace {
+
+constexpr double kMaxTangent = 4.0;  // 76°
+constexpr int kBorderSteps = 16;
+
+struct Extent {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
+  Eigen::Vector2d high = Eigen::Vector2d::Constant(-1e9);
+
+  void add(const CameraModel& camera, double u_share, double v_share) {
+    const Eigen::Vector2d xy =
+        camera.unproject({u_share * camera.width_px - 0.5, v_share * camera.height_px - 0.5});
+    if (!xy.allFinite()) return;
+    const Eigen::Vector2d limit = Eigen::Vector2d::Constant(kMaxTangent);
+    const Eigen::Vector2d kept = xy.cwiseMax(-limit).cwiseMin(limit);
+    low = low.cwiseMin(kept);
+    high = high.cwiseMax(kept);
+  }
+};
+
+}  // namespace
+
+CameraModel depth_camera_for(const CameraModel& camera, double scale) {
+  CameraModel pinhole = camera.scaled(scale).undistorted();
+  pinhole.width_px = std::max(pinhole.width_px, 1);
+  pinhole.height_px = std::max(pinhole.height_px, 1);
+  if (!camera.has_distortion()) return pinhole;
+  Extent extent;
+  for (int i = 0; i <= kBorderSteps; ++i) {
+    const double share = static_cast<double>(i) / kBorderSteps;
+    extent.add(camera, share, 0);
+    extent.add(camera, share, 1);
+    extent.add(camera, 0, share);
+    extent.add(camera, 1, share);
+  }
+  const Eigen::Vector2d span = extent.high - extent.low;
+  if (!(span.minCoeff() > 1e-6)) return pinhole;
+  pinhole.fx_px = pinhole.width_px / span.x();
+  pinhole.fy_px = pinhole.height_px / span.y();
+  pinhole.cx_px = -extent.low.x() * pinhole.fx_px - 0.5;
+  pinhole.cy_px = -extent.low.y() * pinhole.fy_px - 0.5;
+  return pinhole;
+}
+
+}  // namespace foresight
