@@ -1,0 +1,18 @@
+// Bakes the light of the scene's lamps into the light maps: soft shadows by rays to points spread
+// over each lamp, and ambient light that corners and the undersides of things receive less of.
+#pragma once
+
+#include "sim/scene.h"
+
+namespace foresight::sim {
+
+struct LightingParams {
+  float ambient = 0.30f;         // brightness of an open, white, upward-facing surface
+  float ambient_reach_m = 0.6f;  // what is nearer than this takes ambient light away
+  float gamma = 2.2f;            // picture level = light^(1/gamma)
+};
+
+/// Replaces every surface's light map. Rays: 16 per lamp and 16 for ambient light per sample.
+void bake_lighting(Scene& scene, const LightingParams& params = {});
+
+}  // namespace foresight::sim

@@ -1,0 +1,307 @@
+#include "sim/ray_camera.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/check.h"
+#include "sim/random.h"
+#include "sim/ray_tracer.h"
+#include "sim/shading.h"
+
+namespace foresight::sim {
+namespace {
+
+using Eigen::Vector3f;
+using WorldFromCam = Pose<World, Cam>;
+
+constexpr int kPacket = 16;
+constexpr float kNear_m = 0.01f;
+constexpr double kGamma = 2.2;
+constexpr uint32_t kNoiseMask = (1 << 16) - 1;
+// Four places in a pixel (a rotated grid), for antialiasing.
+constexpr std::array<std::array<float, 2>, 4> kSubPixels = {
+    {{-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}}};
+
+// Up to 16 viewing rays with unit z in the camera.
+struct Packet {
+  int count = 0;
+  std::array<float, kPacket> x{}, y{};
+  std::array<int, kPacket> pixel{};
+
+  void add(float ray_x, float ray_y, int pixel_index) {
+    x[count] = ray_x, y[count] = ray_y, pixel[count] = pixel_index;
+    ++count;
+  }
+};
+
+// Packets of 4×4 pixels: rays that meet the same triangles.
+std::vector<Packet> tile_packets(const CameraModel& model) {
+  std::vector<Packet> packets;
+  for (int top = 0; top < model.height_px; top += 4) {
+    for (int left = 0; left < model.width_px; left += 4) {
+      Packet packet;
+      for (int y = top; y < std::min(top + 4, model.height_px); ++y) {
+        for (int x = left; x < std::min(left + 4, model.width_px); ++x) {
+          const Eigen::Vector2d ray = model.unproject(Eigen::Vector2d(x, y));
+          packet.add(static_cast<float>(ray.x()), static_cast<float>(ray.y()),
+                     y * model.width_px + x);
+        }
+      }
+      packets.push_back(packet);
+    }
+  }
+  return packets;
+}
+
+// The eye and the turned rays of a packet, as Embree wants them.
+class Casting {
+ public:
+  Casting(const RayTracer& tracer, const WorldFromCam& world_from_cam)
+      : tracer_(tracer),
+        rotation_(world_from_cam.rotation().toRotationMatrix().cast<float>()),
+        origin_(world_from_cam.translation().cast<float>()) {
+    for (int i = 0; i < kPacket; ++i) {
+      rays_.ray.org_x[i] = origin_.x(), rays_.ray.org_y[i] = origin_.y();
+      rays_.ray.org_z[i] = origin_.z();
+      rays_.ray.tnear[i] = kNear_m, rays_.ray.time[i] = 0;
+      rays_.ray.mask[i] = ~0u, rays_.ray.id[i] = 0, rays_.ray.flags[i] = 0;
+      rays_.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+  }
+
+  void cast(const Packet& packet) {
+    RTCRay16& ray = rays_.ray;
+    const Eigen::Matrix3f& r = rotation_;
+    for (int i = 0; i < kPacket; ++i) {
+      const float x = packet.x[i], y = packet.y[i];
+      ray.dir_x[i] = r(0, 0) * x + r(0, 1) * y + r(0, 2);
+      ray.dir_y[i] = r(1, 0) * x + r(1, 1) * y + r(1, 2);
+      ray.dir_z[i] = r(2, 0) * x + r(2, 1) * y + r(2, 2);
+      ray.tfar[i] = 1e9f;
+      rays_.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      valid_[i] = i < packet.count ? -1 : 0;
+    }
+    tracer_.find_nearest(valid_.data(), &rays_);
+  }
+
+  /// The triangle that ray i of the last packet met, or −1.
+  int triangle(int i) const {
+    return rays_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? -1
+                                                          : static_cast<int>(rays_.hit.primID[i]);
+  }
+  Vector3f direction(int i) const {
+    return {rays_.ray.dir_x[i], rays_.ray.dir_y[i], rays_.ray.dir_z[i]};
+  }
+  const Vector3f& origin() const { return origin_; }
+
+ private:
+  const RayTracer& tracer_;
+  Eigen::Matrix3f rotation_;
+  Vector3f origin_;
+  alignas(64) RTCRayHit16 rays_{};
+  alignas(64) std::array<int, kPacket> valid_{};
+};
+
+}  // namespace
+
+class RayCamera::Impl {
+ public:
+  Impl(const Scene& scene, const RayCameraParams& params)
+      : params_(params),
+        tracer_(scene),
+        shader_(scene),
+        tiles_(tile_packets(params.model)),
+        pixel_count_(static_cast<size_t>(params.model.width_px) * params.model.height_px),
+        colours_(pixel_count_),
+        surfaces_(pixel_count_) {
+    prepare_gains();
+    Random random(1, "sensor noise");
+    noise_.resize(kNoiseMask + 1);
+    for (float& value : noise_) {
+      value = static_cast<float>(random.normal() * params.noise_levels);
+    }
+  }
+
+  Image render(std::span<const WorldFromCam> poses, uint64_t frame_seed) {
+    FORESIGHT_CHECK(!poses.empty());
+    const size_t count = poses.size();
+    if (count == 1) {
+      trace_centres(poses[0], 0, 0);
+      if (params_.antialiasing != Antialiasing::kNone) refine(poses[0]);
+    } else {
+      average(poses);
+    }
+    return develop(frame_seed);
+  }
+
+  DepthImage render_depth(const WorldFromCam& world_from_cam) const {
+    DepthImage depth{params_.model.width_px, params_.model.height_px, {}};
+    depth.depth_m.assign(pixel_count_, 0);
+    Casting casting(tracer_, world_from_cam);
+    for (const Packet& packet : tiles_) {
+      casting.cast(packet);
+      for (int i = 0; i < packet.count; ++i) {
+        const int triangle = casting.triangle(i);
+        if (triangle < 0) continue;
+        depth.depth_m[packet.pixel[i]] =
+            shader_.distance(triangle, casting.origin(), casting.direction(i));
+      }
+    }
+    return depth;
+  }
+
+  const CameraModel& model() const { return params_.model; }
+
+ private:
+  // Gain of the picture level per pixel: exposure and vignetting.
+  void prepare_gains() {
+    const CameraModel& m = params_.model;
+    const double corner2 = m.width_px * m.width_px / 4.0 + m.height_px * m.height_px / 4.0;
+    gains_.reserve(pixel_count_);
+    for (int y = 0; y < m.height_px; ++y) {
+      for (int x = 0; x < m.width_px; ++x) {
+        const double r2 = (Eigen::Vector2d(x, y) - Eigen::Vector2d(m.cx_px, m.cy_px)).squaredNorm();
+        const double light =
+            params_.exposure * (1 - params_.vignetting * std::min(r2 / corner2, 1.0));
+        gains_.push_back(static_cast<float>(std::pow(std::max(light, 0.0), 1 / kGamma)));
+      }
+    }
+  }
+
+  float pixel_width() const { return static_cast<float>(1 / params_.model.fx_px); }
+
+  void trace_centres(const WorldFromCam& pose, float shift_x_px, float shift_y_px) {
+    const float shift_x = shift_x_px / static_cast<float>(params_.model.fx_px);
+    const float shift_y = shift_y_px / static_cast<float>(params_.model.fy_px);
+    Casting casting(tracer_, pose);
+    for (Packet packet : tiles_) {
+      for (float& x : packet.x) x += shift_x;
+      for (float& y : packet.y) y += shift_y;
+      casting.cast(packet);
+      for (int i = 0; i < packet.count; ++i) {
+        const int triangle = casting.triangle(i), pixel = packet.pixel[i];
+        surfaces_[pixel] = triangle < 0 ? -1 : shader_.surface(triangle);
+        colours_[pixel] = colour(casting, i);
+      }
+    }
+  }
+
+  Colour colour(const Casting& casting, int i) const {
+    const int triangle = casting.triangle(i);
+    if (triangle < 0) return {};
+    return shader_.shade(triangle, casting.origin(), casting.direction(i), pixel_width());
+  }
+
+  // Whether the pixel sees another surface than one of its four neighbours.
+  bool at_edge(int x, int y) const {
+    const int width = params_.model.width_px;
+    const int* here = &surfaces_[static_cast<size_t>(y) * width + x];
+    return (x > 0 && here[-1] != *here) || (x + 1 < width && here[1] != *here) ||
+           (y > 0 && here[-width] != *here) ||
+           (y + 1 < params_.model.height_px && here[width] != *here);
+  }
+
+  // Replaces the colours of pixels at edges (or of all) by the mean of four rays.
+  void refine(const WorldFromCam& pose) {
+    Casting casting(tracer_, pose);
+    Packet packet;
+    for (const Packet& tile : tiles_) {
+      for (int i = 0; i < tile.count; ++i) {
+        const int x = tile.pixel[i] % params_.model.width_px;
+        const int y = tile.pixel[i] / params_.model.width_px;
+        if (params_.antialiasing == Antialiasing::kEdges && !at_edge(x, y)) continue;
+        for (const auto& [dx, dy] : kSubPixels) {
+          packet.add(tile.x[i] + dx * pixel_width(),
+                     tile.y[i] + dy / static_cast<float>(params_.model.fy_px), tile.pixel[i]);
+        }
+        if (packet.count == kPacket) flush(casting, packet);
+      }
+    }
+    flush(casting, packet);
+  }
+
+  void flush(Casting& casting, Packet& packet) {
+    if (packet.count == 0) return;
+    casting.cast(packet);
+    for (int i = 0; i < packet.count; i += 4) {
+      Colour sum;
+      for (int j = i; j < i + 4; ++j) {
+        const Colour one = colour(casting, j);
+        sum = {sum.red + one.red, sum.green + one.green, sum.blue + one.blue};
+      }
+      colours_[packet.pixel[i]] = {sum.red / 4, sum.green / 4, sum.blue / 4};
+    }
+    packet.count = 0;
+  }
+
+  // Light adds up, picture levels do not: gamma is taken as 2 here (error < 1 level).
+  void average(std::span<const WorldFromCam> poses) {
+    std::vector<Colour> sums(pixel_count_);
+    for (size_t k = 0; k < poses.size(); ++k) {
+      const auto& shift = kSubPixels[k % kSubPixels.size()];
+      trace_centres(poses[k], shift[0], shift[1]);
+      for (size_t i = 0; i < pixel_count_; ++i) {
+        const Colour& c = colours_[i];
+        sums[i].red += c.red * c.red;
+        sums[i].green += c.green * c.green;
+        sums[i].blue += c.blue * c.blue;
+      }
+    }
+    const float share = 1.0f / static_cast<float>(poses.size());
+    for (size_t i = 0; i < pixel_count_; ++i) {
+      colours_[i] = {std::sqrt(share * sums[i].red), std::sqrt(share * sums[i].green),
+                     std::sqrt(share * sums[i].blue)};
+    }
+  }
+
+  // Gain, noise, rounding.
+  Image develop(uint64_t frame_seed) const {
+    Image image{params_.model.width_px, params_.model.height_px, 3, {}};
+    image.bytes.resize(3 * pixel_count_);
+    Random random(frame_seed, "frame");
+    for (int y = 0; y < image.height_px; ++y) {
+      const size_t row = static_cast<size_t>(y) * image.width_px;
+      uint32_t draw = static_cast<uint32_t>(random.next());
+      for (size_t i = row; i < row + image.width_px; ++i) {
+        const Colour& c = colours_[i];
+        const float levels[3] = {c.red, c.green, c.blue};
+        for (size_t channel = 0; channel < 3; ++channel) {
+          const float level = levels[channel] * gains_[i] + noise_[draw++ & kNoiseMask];
+          image.bytes[3 * i + channel] =
+              static_cast<uint8_t>(std::clamp(level, 0.0f, 255.0f) + 0.5f);
+        }
+      }
+    }
+    return image;
+  }
+
+  RayCameraParams params_;
+  RayTracer tracer_;
+  Shader shader_;
+  std::vector<Packet> tiles_;
+  size_t pixel_count_;
+  std::vector<float> gains_;
+  std::vector<float> noise_;
+  std::vector<Colour> colours_;
+  std::vector<int> surfaces_;
+};
+
+RayCamera::RayCamera(const Scene& scene, const RayCameraParams& params)
+    : impl_(std::make_unique<Impl>(scene, params)) {}
+RayCamera::~RayCamera() = default;
+RayCamera::RayCamera(RayCamera&&) noexcept = default;
+
+Image RayCamera::render(const WorldFromCam& world_from_cam, uint64_t frame_seed) {
+  return impl_->render({&world_from_cam, 1}, frame_seed);
+}
+Image RayCamera::render(std::span<const WorldFromCam> world_from_cam_while_open,
+                        uint64_t frame_seed) {
+  return impl_->render(world_from_cam_while_open, frame_seed);
+}
+DepthImage RayCamera::render_depth(const WorldFromCam& world_from_cam) const {
+  return impl_->render_depth(world_from_cam);
+}
+const CameraModel& RayCamera::model() const { return impl_->model(); }
+
+}  // namespace foresight::sim

@@ -1,0 +1,51 @@
+#include "sim/ray_tracer.h"
+
+#include "common/check.h"
+
+namespace foresight::sim {
+
+RayTracer::RayTracer(const Scene& scene)
+    : device_(rtcNewDevice("threads=1,set_affinity=0")), scene_(rtcNewScene(device_)) {
+  FORESIGHT_CHECK(device_ != nullptr);
+  // Robust: no light leaks between neighbours, which would look like corners to a tracker.
+  rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
+  RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                               scene.vertices.size()));
+  for (const Vertex& vertex : scene.vertices) {
+    for (int axis = 0; axis < 3; ++axis) *vertices++ = vertex.point_in_world[axis];
+  }
+  auto* indices = static_cast<unsigned*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                              3 * sizeof(unsigned), scene.triangles.size()));
+  for (const Triangle& triangle : scene.triangles) {
+    for (const int vertex : triangle.vertices) *indices++ = static_cast<unsigned>(vertex);
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene_, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(scene_);
+  FORESIGHT_CHECK(rtcGetDeviceError(device_) == RTC_ERROR_NONE);
+}
+
+RayTracer::~RayTracer() {
+  rtcReleaseScene(scene_);
+  rtcReleaseDevice(device_);
+}
+
+void RayTracer::find_nearest(const int* valid, RTCRayHit16* rays) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(valid, scene_, &context, rays);
+}
+
+void RayTracer::find_blocked(const int* valid, RTCRay16* rays) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded16(valid, scene_, &context, rays);
+}
+
+}  // namespace foresight::sim

@@ -1,0 +1,94 @@
+#include "sim/trajectory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/random.h"
+
+namespace foresight::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kEaseIn_s = 1.5;       // from rest to full pace
+constexpr double kCheckedSpan_s = 120;  // over which the limits are checked
+constexpr double kMargin = 0.95;
+
+// Camera at a point that looks at another, the horizon level.
+Pose<World, Cam> looking(const Vector3d& from, const Vector3d& at) {
+  const Vector3d forward = (at - from).normalized();
+  const Vector3d right = forward.cross(Vector3d::UnitZ()).normalized();
+  Eigen::Matrix3d rotation;
+  rotation << right, forward.cross(right), forward;
+  return {rotation, from};
+}
+
+}  // namespace
+
+double Trajectory::Swing::at(double t_s) const {
+  return amplitude * (std::sin(rate_rad_per_s * t_s + phase_rad) - std::sin(phase_rad));
+}
+
+Trajectory::Trajectory(Kind kind, uint64_t seed) : kind_(kind) {
+  Random random(seed, "trajectory");
+  const auto vary = [&random](double low, double high) { return random.uniform(low, high); };
+  const double side = random.below(2) == 0 ? -1 : 1;
+  start_in_world_ = {vary(0.15, 0.25), -0.08 * side, vary(0.36, 0.46)};
+  target_in_world_ = {1.45, -0.10 * side, vary(-0.06, 0.02)};
+  if (kind == Kind::kRotation) {
+    target_ = {Swing{}, {side * 0.95, vary(0.5, 0.6), 0}, {0.22, vary(0.7, 0.9), 0}};
+  } else if (kind != Kind::kStatic) {
+    // The target follows the camera at half the width: the scene is seen under changing angles.
+    const double rate = vary(0.55, 0.65);
+    position_ = {Swing{0.10, vary(0.35, 0.45), 0.5}, {side * 0.42, rate, 0}, {0.10, 0.7 * rate, 0}};
+    position_detail_ = {Swing{0.03, vary(0.9, 1.3), vary(0, 6)},
+                        {0.04, vary(1.0, 1.4), vary(0, 6)},
+                        {0.03, vary(0.9, 1.3), vary(0, 6)}};
+    target_ = {Swing{0.1, 0.3, 0}, {side * 0.35, 0.8 * rate, 0}, {0.10, 0.55 * rate, 0}};
+  }
+  pace_ = std::min(1.0, kMargin * safe_pace());
+}
+
+// The greatest pace at which neither limit is passed.
+double Trajectory::safe_pace() const {
+  constexpr double kStep_s = 0.01;
+  double speed = 1e-9, turn = 1e-9;
+  Pose<World, Cam> last = pose_at_phase(0);
+  for (double t = kStep_s; t < kCheckedSpan_s; t += kStep_s) {
+    const Pose<World, Cam> now = pose_at_phase(t);
+    speed = std::max(speed, (now.translation() - last.translation()).norm() / kStep_s);
+    turn = std::max(turn, now.rotation().angularDistance(last.rotation()) / kStep_s);
+    last = now;
+  }
+  return std::min(kMaxSpeed_m_per_s / speed, kMaxTurn_rad_per_s / turn);
+}
+
+Pose<World, Cam> Trajectory::pose_at_phase(double phase_s) const {
+  double t = phase_s;
+  if (kind_ == Kind::kReturn) {
+    // Out along the path and back along it.
+    t = 0.5 * kReturnPeriod_s / std::numbers::pi *
+        (1 - std::cos(2 * std::numbers::pi * phase_s / kReturnPeriod_s)) / 2;
+  }
+  Vector3d from = start_in_world_, target = target_in_world_;
+  for (int axis = 0; axis < 3; ++axis) {
+    from[axis] += position_[axis].at(t) + position_detail_[axis].at(t);
+    target[axis] += target_[axis].at(t);
+  }
+  return looking(from, target);
+}
+
+double Trajectory::phase_at(double t_s) const {
+  if (t_s <= 0) return 0;
+  if (t_s >= kEaseIn_s) return pace_ * (t_s - kEaseIn_s / 2);
+  // Integral of the smooth step 3u² − 2u³.
+  const double u = t_s / kEaseIn_s;
+  return pace_ * kEaseIn_s * (u * u * u - 0.5 * u * u * u * u);
+}
+
+Pose<World, Cam> Trajectory::at(Duration since_start) const {
+  return pose_at_phase(phase_at(since_start.seconds()));
+}
+
+}  // namespace foresight::sim

@@ -1,0 +1,50 @@
+// Smooth seeded camera motions in the lab, as a camera in the hand of the arm would make them:
+// near the arm's base, looking at the desk and the wall behind it. They start from rest, and never
+// exceed kMaxSpeed_m_per_s and kMaxTurn_rad_per_s.
+//
+//   const Trajectory trajectory(Trajectory::Kind::kDesk, 1);
+//   Pose<World, Cam> world_from_cam = trajectory.at(seconds(2.5));
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "common/frames.h"
+#include "common/time.h"
+
+namespace foresight::sim {
+
+constexpr double kMaxSpeed_m_per_s = 0.4;
+constexpr double kMaxTurn_rad_per_s = 0.5236;  // 30°/s
+
+class Trajectory {
+ public:
+  enum class Kind {
+    kDesk,      // sweeps along the desk; begins with sideways translation, good to start a map
+    kRotation,  // turns on the spot, no translation
+    kStatic,    // stands still
+    kReturn,    // goes along the desk and comes back to the start, exactly, every kReturnPeriod_s
+  };
+  static constexpr double kReturnPeriod_s = 12;
+
+  Trajectory(Kind kind, uint64_t seed);
+
+  Pose<World, Cam> at(Duration since_start) const;
+
+ private:
+  // amplitude · sin(rate · t + phase), minus its value at t = 0.
+  struct Swing {
+    double amplitude = 0, rate_rad_per_s = 0, phase_rad = 0;
+    double at(double t_s) const;
+  };
+  Pose<World, Cam> pose_at_phase(double phase_s) const;
+  double phase_at(double t_s) const;
+  double safe_pace() const;
+
+  Kind kind_;
+  Eigen::Vector3d start_in_world_, target_in_world_;
+  std::array<Swing, 3> position_, position_detail_, target_;
+  double pace_ = 1;  // slows the whole motion so that the limits hold
+};
+
+}  // namespace foresight::sim
