@@ -1,5 +1,6 @@
 #include "common/camera_model.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 

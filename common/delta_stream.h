@@ -15,7 +15,7 @@
 // first delta is a snapshot. A gap is noticed by `seq` and repaired on request, never ignored.
 #pragma once
 
-#include <optional>
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -42,6 +42,11 @@ class DeltaSender {
       ++seq_;
     }
     send(time, delta, first);
+  }
+  /// Begins a new stream: the next delta is a snapshot, and receivers of the old one notice.
+  void restart(Time session) {
+    session_ = std::max(session_ + 1, session.us);
+    epoch_ = 0;
   }
   /// Repeats the whole state as of the last delta.
   template <class Delta>

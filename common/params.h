@@ -26,7 +26,7 @@ struct ParamSpec {
   const char* unit = "";
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  std::vector<std::string> choices;  // of a string; empty: free text
+  std::vector<std::string> choices = {};  // of a string; empty: free text
   const char* doc = "";
 };
 

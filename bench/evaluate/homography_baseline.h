@@ -1,0 +1,28 @@
+// The strongest simple alternative to a model: the delayed image, warped as if the scene were one
+// plane. Of a rotation (plane at infinity), a fronto-parallel plane at the median depth and the
+// plane that fits most map points, the one that comes closest to the truth is taken: an oracle that
+// no real display has.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "common/camera_model.h"
+#include "common/frames.h"
+
+namespace foresight {
+
+struct WarpedImage {
+  cv::Mat rgb;
+  cv::Mat mask;  // 255 where the warp has data
+};
+
+/// `delayed` and `truth` are distortion-free RGB images of `camera`; points in map coordinates.
+WarpedImage warp_by_best_plane(const CameraModel& camera, const cv::Mat& delayed,
+                               const Pose<Map, Cam>& map_from_delayed_cam,
+                               const Pose<Map, Cam>& map_from_cam,
+                               const std::vector<Eigen::Vector3d>& points_in_map,
+                               const cv::Mat& truth);
+
+}  // namespace foresight

@@ -1,0 +1,46 @@
+// The whole line on recorded video in one thread on one simulated clock: camera → slam → carver →
+// mesher → link → renderer. Two runs give the same bytes. Used by `evaluate` and by the swarm tests.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/simulation.h"
+#include "procs/renderer/process.h"
+
+namespace foresight {
+
+struct RecordedLineOptions {
+  std::string sequence;               // folder or video
+  double delay_s = 0.3;               // age of what reaches the operator
+  int first_frame = 0;
+  int frame_count = 0;                // 0: all
+  std::vector<std::string> settings;  // "process.key=value"
+};
+
+class RecordedLine {
+ public:
+  /// Builds and starts all processes. Throws StartupError.
+  explicit RecordedLine(const RecordedLineOptions& options);
+
+  Simulation& world() { return world_; }
+  RendererProcess& renderer() { return *renderer_; }
+  /// Distortion-afflicted intrinsics of IMAGE.
+  CameraModel camera() const { return camera_; }
+  /// Runs for one frame period; false when the source has ended and the link has drained.
+  bool step();
+
+ private:
+  template <class P>
+  P& add(std::vector<std::string> defaults);
+
+  RecordedLineOptions options_;
+  Simulation world_;
+  RendererProcess* renderer_ = nullptr;
+  CameraModel camera_;
+  Time end_;
+  bool ended_ = false;
+};
+
+}  // namespace foresight

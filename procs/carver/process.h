@@ -1,0 +1,36 @@
+#pragma once
+
+#include "common/delta_stream.h"
+#include "common/node.h"
+#include "common/process_main.h"
+#include "foresight/carving_delta_t.hpp"
+#include "foresight/map_delta_t.hpp"
+#include "procs/carver/carver.h"
+#include "procs/carver/params.h"
+
+namespace foresight {
+
+/// MAP_DELTA in, CARVING_DELTA out (paper §II-A).
+class CarverProcess : public Process {
+ public:
+  using Params = CarverParams;
+  static constexpr ProcessInfo kInfo{
+      "carver", "Carves free space out of a Delaunay tetrahedralisation of the map points.",
+      Domain::kRobot};
+
+  CarverProcess(Node& node, const CarverParams& params);
+
+ private:
+  void on_map_delta(const map_delta_t& message);
+  void on_request(const snapshot_request_t& request);
+  void publish_metrics(Duration elapsed);
+
+  Node& node_;
+  Carver carver_;
+  DeltaReceiver<map_delta_t, MapDelta> receiver_;
+  SnapshotRequester requester_;
+  DeltaSender<carving_delta_t> sender_;
+  Time data_time_;
+};
+
+}  // namespace foresight

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+
+#include "common/params.h"
+#include "procs/mesher/mesher.h"
+
+namespace foresight {
+
+struct MesherParams {
+  double lambda = MesherOptions{}.lambda;
+  std::string lambda_unit = "relative";
+  int min_constraints = 1;
+  double rate_hz = 1.0;
+
+  MesherOptions options() const {
+    MesherOptions o;
+    o.lambda = lambda;
+    o.lambda_unit = lambda_unit == "map_unit" ? LambdaUnit::kMapUnit : LambdaUnit::kRelative;
+    o.min_constraints = min_constraints;
+    return o;
+  }
+
+  template <class V>
+  void visit(V& v) {
+    v("lambda", lambda,
+      {.unit = "see lambda_unit",
+       .min = 0,
+       .max = 1e3,
+       .doc = "weight of the surface's area in eq. (1); larger is smoother (the paper: 0.75 mu)"});
+    v("lambda_unit", lambda_unit,
+      {.choices = {"relative", "map_unit"},
+       .doc = "of lambda: shares of the scene's size (the same at every map scale), or map units"});
+    v("min_constraints", min_constraints,
+      {.unit = "1",
+       .min = 1,
+       .max = 100,
+       .doc = "a cell counts as carved with at least so many constraints"});
+    v("rate_hz", rate_hz,
+      {.unit = "Hz", .min = 0.05, .max = 30, .doc = "meshes per second at most (the paper: 1)"});
+  }
+};
+
+}  // namespace foresight

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "common/delta_stream.h"
+#include "common/node.h"
+#include "common/process_main.h"
+#include "foresight/carving_delta_t.hpp"
+#include "foresight/mesh_t.hpp"
+#include "procs/mesher/mesher.h"
+#include "procs/mesher/params.h"
+
+namespace foresight {
+
+/// CARVING_DELTA in, MESH out (paper §II-A, eq. 1).
+class MesherProcess : public Process {
+ public:
+  using Params = MesherParams;
+  static constexpr ProcessInfo kInfo{
+      "mesher", "Regularises the carving by a graph cut and extracts its surface.", Domain::kRobot};
+
+  MesherProcess(Node& node, const MesherParams& params);
+
+ private:
+  void on_carving_delta(const carving_delta_t& message);
+  void on_request(const snapshot_request_t& request);
+  void update();
+  void publish_metrics(Duration elapsed);
+
+  Node& node_;
+  Mesher mesher_;
+  DeltaReceiver<carving_delta_t, CarvingDelta> receiver_;
+  SnapshotRequester requester_;
+  Publisher<mesh_t> meshes_;
+  mesh_t last_{};
+  Time data_time_;
+  bool changed_ = false;
+};
+
+}  // namespace foresight
