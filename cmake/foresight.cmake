@@ -3,7 +3,9 @@
 add_library(foresight_options INTERFACE)
 target_include_directories(foresight_options INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_options(foresight_options INTERFACE -Wall -Wextra -Wshadow -Wconversion
-                                                   -Wno-sign-conversion)
+                                                   -Wno-sign-conversion
+                                                   # False alarms of GCC 12 on std::string.
+                                                   -Wno-restrict)
 if(FORESIGHT_SANITIZE)
   target_compile_options(foresight_options INTERFACE -fsanitize=address,undefined
                                                      -fno-sanitize-recover=undefined

@@ -1,5 +1,6 @@
 #include <yaml-cpp/yaml.h>
 
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -28,6 +29,12 @@ YAML::Node load_yaml(const std::string& path) {
   }
 }
 
+std::string text(const YAML::Node& node, const std::string& path, const std::string& key) {
+  if (!node[key]) throw ConfigError(path + ": " + key + ": missing");
+  if (!node[key].IsScalar()) throw ConfigError(path + ": " + key + ": must be one word");
+  return node[key].Scalar();
+}
+
 double number(const YAML::Node& node, const std::string& path, const std::string& key, double min,
               double max) {
   if (!node[key]) throw ConfigError(path + ": " + key + ": missing");
@@ -45,13 +52,20 @@ double number(const YAML::Node& node, const std::string& path, const std::string
   return value;
 }
 
+int whole_number(const YAML::Node& node, const std::string& path, const std::string& key, int min,
+                 int max) {
+  const double value = number(node, path, key, min, max);
+  if (value != std::floor(value)) throw ConfigError(path + ": " + key + ": not a whole number");
+  return static_cast<int>(value);
+}
+
 }  // namespace
 
 CameraModel load_camera_file(const std::string& path) {
   const YAML::Node node = load_yaml(path);
   if (!node.IsMap()) throw ConfigError(path + ": must be a map of 'key: value' lines");
   CameraModel camera;
-  const std::string model = node["model"] ? node["model"].as<std::string>() : "";
+  const std::string model = text(node, path, "model");
   if (model == "pinhole_radtan") {
     camera.lens = LensModel::kRadtan;
   } else if (model == "equidistant") {
@@ -59,8 +73,8 @@ CameraModel load_camera_file(const std::string& path) {
   } else {
     throw ConfigError(path + ": model: '" + model + "' is not one of pinhole_radtan, equidistant");
   }
-  camera.width_px = static_cast<int>(number(node, path, "width", 16, 8192));
-  camera.height_px = static_cast<int>(number(node, path, "height", 16, 8192));
+  camera.width_px = whole_number(node, path, "width", 16, 8192);
+  camera.height_px = whole_number(node, path, "height", 16, 8192);
   camera.fx_px = number(node, path, "fx", 1, 1e5);
   camera.fy_px = number(node, path, "fy", 1, 1e5);
   camera.cx_px = number(node, path, "cx", -8192, 16384);

@@ -1,7 +1,7 @@
 // State that grows travels as numbered deltas with a snapshot for whoever joins late or has a gap.
 //
 //   DeltaSender<map_delta_t> sender(publisher, node.now());
-//   sender.send(utime, epoch, delta, Snapshot::kNo);
+//   sender.send_delta(time, epoch, delta);
 //
 //   DeltaReceiver<map_delta_t, MapDelta> receiver;
 //   switch (receiver.receive(message)) {

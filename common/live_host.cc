@@ -225,6 +225,7 @@ int LiveHost::run() {
     }
     if (!handle_next_arrival() && !stopping_ && g_signalled == 0) wait();
   }
+  worker_.reset();  // a job must not outlive the process that it works for
   return exit_code_;
 }
 

@@ -31,6 +31,7 @@ struct FieldSchema {
 struct MessageSchema {
   const char* name;
   std::vector<FieldSchema> fields;
+  int64_t (*fingerprint)();  // lcm-gen's hash of the type
 };
 
 /// Layout of a message type by its name ("image_t"), or nullptr.

@@ -7,7 +7,9 @@
 namespace foresight {
 
 ParamSource ParamSource::from_file(const std::string& path) {
-  if (!std::ifstream(path)) throw ConfigError(path + ": cannot be read");
+  // A folder can be opened, but has nothing to read.
+  std::ifstream file(path);
+  if (!file || (file.peek(), file.bad())) throw ConfigError(path + ": cannot be read");
   try {
     return from_map(YAML::LoadFile(path), path);
   } catch (const YAML::Exception& e) {
@@ -34,13 +36,8 @@ void ParamSource::override_with(const std::string& assignment) {
   if (equals == std::string::npos || equals == 0) {
     throw UsageError("--set " + assignment + ": must be key=value");
   }
-  YAML::Node value;
-  try {
-    value = YAML::Load(assignment.substr(equals + 1));
-  } catch (const YAML::Exception&) {
-    value = YAML::Node(assignment.substr(equals + 1));
-  }
-  if (value.IsNull()) value = YAML::Node(std::string());
+  // As it stands, not as YAML: a path may contain ": " or " #".
+  const YAML::Node value(assignment.substr(equals + 1));
   set(assignment.substr(0, equals), value, "--set");
 }
 

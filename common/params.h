@@ -92,6 +92,7 @@ class ParamLoader {
   }
   template <class T>
   static T parse(const YAML::Node& node, const std::string& key, const std::string& origin) {
+    if (node.IsNull()) refuse(origin, key, "has no value ('' is the empty text)");
     try {
       return node.as<T>();
     } catch (const YAML::Exception&) {

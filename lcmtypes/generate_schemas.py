@@ -34,7 +34,9 @@ def parse(path):
 
 def emit(structs):
     out = ["// Made by lcmtypes/generate_schemas.py: do not edit.",
-           '#include "common/message_check.h"', "", "namespace foresight {", "namespace {", ""]
+           '#include "common/message_check.h"']
+    out += [f"#include <foresight/{name}.hpp>" for name in structs]
+    out += ["", "namespace foresight {", "namespace {", ""]
     for name in structs:
         out.append(f"extern const MessageSchema k_{name};")
     for name, fields in structs.items():
@@ -46,7 +48,8 @@ def emit(structs):
             dims = ", ".join(f"{{{d}, -1}}" if d.isdigit() else f"{{0, {names.index(d)}}}"
                              for d in dimensions)
             rows.append(f'    {{"{field}", FieldKind::{kind}, {nested}, {{{dims}}}}},')
-        out += ["", f'const MessageSchema k_{name} = {{"{name}", {{'] + rows + ["}};"]
+        out += ["", f'const MessageSchema k_{name} = {{"{name}", {{'] + rows
+        out += [f"}}, &{name}::getHash}};"]
     out += ["", "}  // namespace", "",
             "const MessageSchema* find_schema(std::string_view type_name) {"]
     out += [f'  if (type_name == "{n}") return &k_{n};' for n in structs]

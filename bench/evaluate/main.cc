@@ -39,9 +39,10 @@ std::vector<Figure> figures(const EvaluationResult& r) {
       {"predicted_fraction", r.predicted_frames / init, 3},
       {"scored_frames", static_cast<double>(r.scored_frames), 0},
       {"coverage", r.coverage, 3},
-      {"guessed", r.guessed, 3}};
+      {"measured", r.measured, 3}};
   const auto add = [&](const std::string& name, const DisplayScore& s) {
     f.push_back({"psnr_" + name + "_db", s.mean_psnr_common_db(), 2});
+    f.push_back({"psnr_" + name + "_measured_db", s.mean_psnr_measured_db(), 2});
     f.push_back({"psnr_" + name + "_whole_db", s.mean_psnr_whole_db(), 2});
     f.push_back({"ssim_" + name, s.mean_ssim_common(), 3});
     f.push_back({"ssim_" + name + "_whole", s.mean_ssim_whole(), 3});
@@ -77,14 +78,14 @@ void print_table(const std::vector<EvaluationResult>& results) {
                 name_of(r).c_str(), r.delay_s, r.frames,
                 100.0 * r.predicted_frames / std::max(1, r.frames_after_init),
                 r.first_prediction_s, r.scored_frames);
-    std::printf("  painted on measured surface %.1f %%, on guessed surface %.1f %% of the picture; "
-                "%d points, %d keyframes, %d triangles\n",
-                100 * r.coverage, 100 * r.guessed, r.map_points, r.keyframes, r.triangles);
-    std::printf("  %-22s %9s %9s %7s %7s %10s %9s\n", "against the truth", "PSNR dB", "whole",
-                "SSIM", "whole", "shift px", "p95 px");
+    std::printf("  coverage %.1f %% of the picture (%.1f %% on measured surface); %d points, %d "
+                "keyframes, %d triangles\n",
+                100 * r.coverage, 100 * r.measured, r.map_points, r.keyframes, r.triangles);
+    std::printf("  %-18s %9s %9s %9s %7s %7s %10s %9s\n", "against the truth", "PSNR dB",
+                "measured", "whole", "SSIM", "whole", "shift px", "p95 px");
     const auto row = [](const char* name, const DisplayScore& s) {
-      std::printf("  %-22s %9.2f %9.2f %7.3f %7.3f %10.2f %9.2f\n", name, s.mean_psnr_common_db(),
-                  s.mean_psnr_whole_db(), s.mean_ssim_common(), s.mean_ssim_whole(),
+      std::printf("  %-18s %9.2f %9.2f %9.2f %7.3f %7.3f %10.2f %9.2f\n", name,
+                  s.mean_psnr_common_db(), s.mean_psnr_measured_db(), s.mean_psnr_whole_db(), s.mean_ssim_common(), s.mean_ssim_whole(),
                   percentile(s.displacement_px, 0.5), percentile(s.displacement_px, 0.95));
     };
     row("delayed video", r.delayed);

@@ -19,7 +19,7 @@ std::string text(double v) { return std::to_string(v); }
 }  // namespace
 
 template <class P>
-P& RecordedLine::add(std::vector<std::string> defaults) {
+P& RecordedLine::add(const std::vector<std::string>& defaults) {
   const std::string name = P::kInfo.name;
   ParamSource source;
   for (const std::string& assignment : defaults) source.override_with(assignment);
@@ -27,7 +27,16 @@ P& RecordedLine::add(std::vector<std::string> defaults) {
     if (setting.starts_with(name + ".")) source.override_with(setting.substr(name.size() + 1));
   }
   const auto make = process_maker<P>()(std::move(source), nullptr);
-  return static_cast<P&>(world_.add(name, health_domains(P::kInfo), make));
+  adders_[name] = [this, name, make]() -> Process& {
+    return world_.add(name, health_domains(P::kInfo), make);
+  };
+  return static_cast<P&>(adders_[name]());
+}
+
+void RecordedLine::restart(const std::string& process) {
+  world_.remove(process);
+  Process& added = adders_.at(process)();
+  if (process == RendererProcess::kInfo.name) renderer_ = static_cast<RendererProcess*>(&added);
 }
 
 RecordedLine::RecordedLine(const RecordedLineOptions& options) : options_(options), world_(kStart) {

@@ -2,6 +2,7 @@
 // mesher → link → renderer. Two runs give the same bytes. Used by `evaluate` and by the swarm tests.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,7 +17,7 @@ struct RecordedLineOptions {
   double delay_s = 0.3;               // age of what reaches the operator
   int first_frame = 0;
   int frame_count = 0;                // 0: all
-  std::vector<std::string> settings;  // "process.key=value"
+  std::vector<std::string> settings = {};  // "process.key=value"
 };
 
 class RecordedLine {
@@ -28,15 +29,18 @@ class RecordedLine {
   RendererProcess& renderer() { return *renderer_; }
   /// Distortion-afflicted intrinsics of IMAGE.
   CameraModel camera() const { return camera_; }
-  /// Runs for one frame period; false when the source has ended and the link has drained.
+  /// Runs for 10 ms; false when the source has ended and the link has drained.
   bool step();
+  /// Ends a process as SIGKILL would and starts it anew.
+  void restart(const std::string& process);
 
  private:
   template <class P>
-  P& add(std::vector<std::string> defaults);
+  P& add(const std::vector<std::string>& defaults);
 
   RecordedLineOptions options_;
   Simulation world_;
+  std::map<std::string, std::function<Process&()>> adders_;
   RendererProcess* renderer_ = nullptr;
   CameraModel camera_;
   Time end_;

@@ -80,7 +80,7 @@ class Scorer {
   }
   void finish() {
     result_.coverage = mean(coverage_);
-    result_.guessed = mean(guessed_);
+    result_.measured = mean(measured_);
     result_.map_points = static_cast<int>(points_.size());
     for (size_t i = 0; i < grid_.size(); ++i) {
       const size_t keep = static_cast<size_t>(options_.grid_rows);
@@ -148,7 +148,8 @@ class Scorer {
       truth_ = undistort_(to_mat(*image));
     }
     const cv::Mat predicted = to_mat(frame.picture.rgb);
-    const cv::Mat measured = measured_mask(frame.picture);
+    const cv::Mat painted = source_mask(frame.picture, true);
+    const cv::Mat measured = source_mask(frame.picture, false);
     WarpedImage warped{shown_.rgb, cv::Mat(truth_.size(), CV_8U, cv::Scalar(255))};
     if (shown_.map_from_cam && shown_.epoch == pose_epoch_) {
       std::vector<Eigen::Vector3d> points;
@@ -156,18 +157,19 @@ class Scorer {
       warped = warp_by_best_plane(frame.camera, shown_.rgb, *shown_.map_from_cam, *pose_, points,
                                   truth_);
     }
-    cv::Mat common;
-    cv::bitwise_and(measured, warped.mask, common);
-    add(shown_.rgb, common, &result_.delayed);
-    add(warped.rgb, common, &result_.homography);
-    add(predicted, common, &result_.predicted);
+    const cv::Mat common = painted & warped.mask, common_measured = measured & warped.mask;
+    add(shown_.rgb, common, common_measured, &result_.delayed);
+    add(warped.rgb, common, common_measured, &result_.homography);
+    add(predicted, common, common_measured, &result_.predicted);
     const SourceShares shares = count_sources(frame.picture.source);
-    coverage_.push_back(shares.newest + shares.earlier);
-    guessed_.push_back(shares.guess);
+    coverage_.push_back(shares.newest + shares.earlier + shares.guess);
+    measured_.push_back(shares.newest + shares.earlier);
     grid_.push_back(grid_row(warped.rgb, predicted));
     thin_grid();
   }
-  void add(const cv::Mat& view, const cv::Mat& common, DisplayScore* score) {
+  void add(const cv::Mat& view, const cv::Mat& common, const cv::Mat& measured,
+           DisplayScore* score) {
+    if (const auto v = psnr_db(view, truth_, measured)) score->psnr_measured_db.push_back(*v);
     if (const auto v = psnr_db(view, truth_, common)) score->psnr_common_db.push_back(*v);
     if (const auto v = ssim(view, truth_, common)) score->ssim_common.push_back(*v);
     score->psnr_whole_db.push_back(*psnr_db(view, truth_));
@@ -175,11 +177,12 @@ class Scorer {
     const auto d = feature_displacements_px(truth_, view, common);
     score->displacement_px.insert(score->displacement_px.end(), d.begin(), d.end());
   }
-  static cv::Mat measured_mask(const RenderedFrame& picture) {
+  // 255 where an image painted the pixel, on measured surface or also on guessed one.
+  static cv::Mat source_mask(const RenderedFrame& picture, bool with_guesses) {
     cv::Mat mask(picture.rgb.height_px, picture.rgb.width_px, CV_8U);
     for (size_t i = 0; i < picture.source.size(); ++i) {
       const uint8_t code = picture.source[i];
-      mask.data[i] = source_rank(code) >= 0 && !source_is_guess(code) ? 255 : 0;
+      mask.data[i] = source_rank(code) >= 0 && (with_guesses || !source_is_guess(code)) ? 255 : 0;
     }
     return mask;
   }
@@ -217,7 +220,7 @@ class Scorer {
   int64_t pose_epoch_ = 0;
   std::map<int32_t, Eigen::Vector3d> points_;
   std::map<int32_t, bool> keyframes_;
-  std::vector<double> coverage_, guessed_;
+  std::vector<double> coverage_, measured_;
   std::vector<cv::Mat> grid_;
   bool began_ = false;
 };
@@ -225,6 +228,7 @@ class Scorer {
 }  // namespace
 
 double DisplayScore::mean_psnr_common_db() const { return mean(psnr_common_db); }
+double DisplayScore::mean_psnr_measured_db() const { return mean(psnr_measured_db); }
 double DisplayScore::mean_psnr_whole_db() const { return mean(psnr_whole_db); }
 double DisplayScore::mean_ssim_common() const { return mean(ssim_common); }
 double DisplayScore::mean_ssim_whole() const { return mean(ssim_whole); }

@@ -19,10 +19,13 @@ namespace foresight {
 
 /// Of one way of showing the scene, over all scored frames.
 struct DisplayScore {
-  std::vector<double> psnr_common_db, psnr_whole_db;  // per frame
+  // Per frame: over the pixels that all three have, over those of them that show a measured
+  // surface, and over the whole picture.
+  std::vector<double> psnr_common_db, psnr_measured_db, psnr_whole_db;
   std::vector<double> ssim_common, ssim_whole;        // per frame
   std::vector<double> displacement_px;                // of all features of all frames
   double mean_psnr_common_db() const;
+  double mean_psnr_measured_db() const;
   double mean_psnr_whole_db() const;
   double mean_ssim_common() const;
   double mean_ssim_whole() const;
@@ -37,8 +40,9 @@ struct EvaluationResult {
   int scored_frames = 0;     // of these, scored (every Nth)
   double first_prediction_s = 0;  // after the first frame
   DisplayScore delayed, homography, predicted;
-  double coverage = 0;  // mean share of pixels painted from an image on a measured surface
-  double guessed = 0;   // mean share painted on a guessed surface
+  double coverage = 0;  // mean share of the predicted view's pixels that an image painted
+  double measured = 0;  // of all pixels: painted on a surface between map points; the rest of the
+                        // coverage is painted on guessed surface (bounding hull, background)
   int map_points = 0, keyframes = 0, triangles = 0;
   std::vector<cv::Mat> grid_rows;  // truth, delayed, homography, predicted, error
 };

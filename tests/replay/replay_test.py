@@ -1,0 +1,121 @@
+#!/usr/bin/python3
+"""Each process on a log, deterministically: twice the same bytes, and the reference's fields.
+
+usage: replay_test.py              compare (run by scripts/test)
+       replay_test.py --update     write the references anew, then look at the difference in git
+
+The input is a small synthetic session (replay-log), the same on every machine; slam gets a sequence
+that sim renders. References are text, one line a field (log-text); numbers may differ by the
+tolerance of their process, because graphics and vision libraries choose instructions by processor.
+"""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+REFERENCES = pathlib.Path(__file__).resolve().parent / "reference"
+BIN = pathlib.Path(os.environ.get("FORESIGHT_BUILD_DIR") or ROOT / "build") / "bin"
+UPDATE = "--update" in sys.argv
+
+# Relative tolerance of numbers: exact arithmetic, or floating point of other libraries.
+TOLERANCE = {"carver": 0.0, "mesher": 1e-6, "link": 0.0, "renderer": 0.05}
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+def run(name, *arguments):
+    subprocess.run([BIN / name, *map(str, arguments)], check=True, capture_output=True)
+
+
+def text_of(log):
+    return subprocess.run([BIN / "log-text", log], check=True, capture_output=True,
+                          text=True).stdout.splitlines()
+
+
+def same(mine, reference, tolerance):
+    """Equal but for numbers within the tolerance."""
+    if mine == reference:
+        return True
+    if NUMBER.sub("#", mine) != NUMBER.sub("#", reference):
+        return False
+    pairs = zip(map(float, NUMBER.findall(mine)), map(float, NUMBER.findall(reference)))
+    return all(abs(a - b) <= tolerance * max(abs(a), abs(b), 1e-3) for a, b in pairs)
+
+
+class Replay(unittest.TestCase):
+    """One synthetic session for all tests."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="foresight-replay-")
+        cls.path = pathlib.Path(cls.folder.name)
+        run("replay-log", cls.path / "session")
+        cls.robot = f"robot={cls.path}/session.robot.lcmlog"
+        cls.operator = f"operator={cls.path}/session.operator.lcmlog"
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def replay(self, process, *inputs, extra=()):
+        """Twice the same bytes; returns the path of the output log."""
+        words = [word for log in inputs for word in ("--replay", log)]
+        outputs = [self.path / f"{process}.{i}.lcmlog" for i in (1, 2)]
+        for output in outputs:
+            run(f"foresight-{process}", *words, "--output", output, *extra)
+        self.assertEqual(outputs[0].read_bytes(), outputs[1].read_bytes(),
+                         f"{process}: two replays of one log differ")
+        return outputs[0]
+
+    def compare(self, process, log):
+        lines = text_of(log)
+        reference = REFERENCES / f"{process}.txt"
+        if UPDATE:
+            REFERENCES.mkdir(exist_ok=True)
+            reference.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            return
+        expected = reference.read_text(encoding="utf-8").splitlines()
+        for number, (mine, theirs) in enumerate(zip(lines, expected), 1):
+            self.assertTrue(same(mine, theirs, TOLERANCE[process]),
+                            f"{reference}:{number}: expected '{theirs}', got '{mine}'")
+        self.assertEqual(len(lines), len(expected), f"{process}: number of fields")
+
+    def test_carver(self):
+        self.compare("carver", self.replay("carver", self.robot))
+
+    def test_mesher(self):
+        carving = self.replay("carver", self.robot)
+        self.compare("mesher", self.replay("mesher", f"robot={carving}"))
+
+    def test_link(self):
+        self.compare("link", self.replay("link", self.robot, self.operator,
+                                         extra=["--set", "to_operator_jitter_s=0.02",
+                                                "--set", "to_operator_loss=0.2"]))
+
+    def test_renderer(self):
+        carving = self.replay("carver", self.robot)
+        mesh = self.replay("mesher", f"robot={carving}")
+        self.compare("renderer", self.replay("renderer", self.robot, self.operator,
+                                             f"operator={mesh}",
+                                             extra=["--set", "display=headless"]))
+
+    def test_slam(self):
+        """On rendered images: the same bytes twice, and it tracks. (A reference to the last digit
+        would tie the test to one processor: the images and the vision library vary.)"""
+        run("sim-sequence", self.path / "lab", "--seconds", "3", "--fps", "20", "--width", "320",
+            "--no-depth")
+        run("sequence-log", self.path / "lab", self.path / "lab.lcmlog")
+        output = self.replay("slam", f"robot={self.path}/lab.lcmlog")
+        lines = text_of(output)
+        states = [lines[i + 3].split()[-1] for i, line in enumerate(lines)
+                  if line.endswith("CAMERA_POSE camera_pose_t")]
+        self.assertEqual(len(states), 60, "one answer for each frame")
+        self.assertGreater(states.count("1"), 30, "frames tracked")
+        self.assertTrue(any("MAP_DELTA" in line for line in lines))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0]] + [a for a in sys.argv[1:] if a != "--update"])
