@@ -24,13 +24,7 @@ struct Extent {
   }
 };
 
-}  // namespace
-
-CameraModel depth_camera_for(const CameraModel& camera, double scale) {
-  CameraModel pinhole = camera.scaled(scale).undistorted();
-  pinhole.width_px = std::max(pinhole.width_px, 1);
-  pinhole.height_px = std::max(pinhole.height_px, 1);
-  if (!camera.has_distortion()) return pinhole;
+Extent extent_of(const CameraModel& camera) {
   Extent extent;
   for (int i = 0; i <= kBorderSteps; ++i) {
     const double share = static_cast<double>(i) / kBorderSteps;
@@ -39,10 +33,31 @@ CameraModel depth_camera_for(const CameraModel& camera, double scale) {
     extent.add(camera, 0, share);
     extent.add(camera, 1, share);
   }
+  if ((extent.high - extent.low).minCoeff() > 1e-6) return extent;
+  return {Eigen::Vector2d::Constant(-1), Eigen::Vector2d::Constant(1)};  // a lens without sense
+}
+
+int texels(double wanted, int limit) {
+  return std::clamp(static_cast<int>(std::lround(std::min(wanted, 1e6))), 2, std::max(limit, 2));
+}
+
+}  // namespace
+
+DepthMapSize depth_map_size(const CameraModel& camera, double scale) {
+  const Extent extent = extent_of(camera);
   const Eigen::Vector2d span = extent.high - extent.low;
-  if (!(span.minCoeff() > 1e-6)) return pinhole;
-  pinhole.fx_px = pinhole.width_px / span.x();
-  pinhole.fy_px = pinhole.height_px / span.y();
+  return {texels(span.x() * camera.fx_px * scale, camera.width_px),
+          texels(span.y() * camera.fy_px * scale, camera.height_px)};
+}
+
+CameraModel depth_camera_for(const CameraModel& camera, int width_px, int height_px) {
+  const Extent extent = extent_of(camera);
+  const Eigen::Vector2d span = extent.high - extent.low;
+  CameraModel pinhole = camera.undistorted();
+  pinhole.width_px = width_px;
+  pinhole.height_px = height_px;
+  pinhole.fx_px = width_px / span.x();
+  pinhole.fy_px = height_px / span.y();
   pinhole.cx_px = -extent.low.x() * pinhole.fx_px - 0.5;
   pinhole.cy_px = -extent.low.y() * pinhole.fy_px - 0.5;
   return pinhole;

@@ -17,17 +17,19 @@ constexpr double kLeastShift_px = 0.75;
 /// std140 layout of `View` in the shader.
 struct GpuView {
   std::array<float, 16> view_from_pred;
-  std::array<float, 4> centre_in_pred, image_matrix, depth_matrix, distortion, k3_radius_layer;
+  std::array<float, 4> centre_in_pred, image_matrix, depth_matrix, distortion, k3_radius_layer,
+      sizes;
+  std::array<float, 24> padding;
 };
-static_assert(sizeof(GpuView) == 36 * sizeof(float));
+static_assert(sizeof(GpuView) == 256);  // every driver can bind a block at a multiple of this
 
 std::array<float, 4> matrix_of(const CameraModel& camera) {
   return {static_cast<float>(camera.fx_px), static_cast<float>(camera.fy_px),
           static_cast<float>(camera.cx_px), static_cast<float>(camera.cy_px)};
 }
 
-GpuView gpu_view(const PaintView& view) {
-  GpuView gpu;
+GpuView gpu_view(const PaintView& view, size_t rank) {
+  GpuView gpu{};
   Eigen::Map<Eigen::Matrix4f> matrix(gpu.view_from_pred.data());
   matrix.setIdentity();
   matrix.topLeftCorner<3, 3>() = view.view_from_pred_rotation.cast<float>();
@@ -44,7 +46,10 @@ GpuView gpu_view(const PaintView& view) {
                  [](double value) { return static_cast<float>(value); });
   const double radius = std::min(view.camera.max_radius, 1e9);
   gpu.k3_radius_layer = {static_cast<float>(k[4]), static_cast<float>(radius * radius),
-                         static_cast<float>(view.layer), 0};
+                         static_cast<float>(view.layer), static_cast<float>(rank)};
+  gpu.sizes = {static_cast<float>(view.camera.width_px), static_cast<float>(view.camera.height_px),
+               static_cast<float>(view.depth_camera.width_px),
+               static_cast<float>(view.depth_camera.height_px)};
   return gpu;
 }
 
@@ -95,10 +100,9 @@ const PaintPass::Program& PaintPass::program(const PaintShader& variant) {
 void PaintPass::draw(const PaintJob& job) {
   FORESIGHT_CHECK(job.views.size() <= static_cast<size_t>(kMaxUsedViews));
   std::array<GpuView, kMaxUsedViews> views{};
-  std::transform(job.views.begin(), job.views.end(), views.begin(), gpu_view);
+  for (size_t i = 0; i < job.views.size(); ++i) views[i] = gpu_view(job.views[i], i);
   glBindBuffer(GL_UNIFORM_BUFFER, views_.name());
   glBufferData(GL_UNIFORM_BUFFER, sizeof(views), views.data(), GL_STREAM_DRAW);
-  glBindBufferBase(GL_UNIFORM_BUFFER, 0, views_.name());
 
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D_ARRAY, job.images);
@@ -115,11 +119,14 @@ void PaintPass::draw(const PaintJob& job) {
   PaintShader variant;
   if (!job.views.empty()) variant.lens = shader_lens(job.views[0].camera);
   variant.has_mesh = job.has_mesh;
-  if (!job.views.empty()) {
-    variant.newest_only = true;
+  variant.one_view = true;
+  for (size_t i = 0; i < job.views.size(); ++i) {
+    glBindBufferRange(GL_UNIFORM_BUFFER, 0, views_.name(),
+                      static_cast<GLintptr>(i * sizeof(GpuView)), sizeof(GpuView));
     run(variant, job);
   }
-  variant.newest_only = false;
+  variant.one_view = false;
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, views_.name());
   run(variant, job);
   glDisable(GL_DEPTH_TEST);
 }

@@ -1,5 +1,5 @@
-// One full-screen pass that paints a picture from images: each pixel looks for the first texturing
-// view that sees its surface well (docs/algorithms/rendering.md, steps 4 to 6).
+// Full-screen passes that paint a picture from images: each pixel takes the first texturing view
+// that sees its surface well (docs/algorithms/rendering.md, steps 4 to 6).
 #pragma once
 
 #include <map>

@@ -48,6 +48,7 @@ struct SceneRenderer::State {
   int64_t mesh_number = 0;
   CameraModel layout;  // camera for which the texture arrays were made
   GlTexture images, depths;
+  DepthMapSize depth_size;
   SurfaceTarget depth_target, surface_target;
   GlTexture surface;
   PictureTarget picture;
@@ -63,8 +64,9 @@ void SceneRenderer::State::make_arrays(const CameraModel& camera) {
   store.clear();
   const int layers = options.stored_views;
   images = make_texture_array(GL_RGBA8, camera.width_px, camera.height_px, layers, GL_LINEAR);
-  const CameraModel depth = depth_camera_for(camera, options.depth_map_scale);
-  depths = make_texture_array(GL_R32F, depth.width_px, depth.height_px, layers, GL_NEAREST);
+  depth_size = depth_map_size(camera, options.depth_map_scale);
+  depths =
+      make_texture_array(GL_R32F, depth_size.width_px, depth_size.height_px, layers, GL_NEAREST);
   layout = camera;
 }
 
@@ -113,7 +115,7 @@ InputStatus SceneRenderer::add_view(const TexturingView& view) {
   if (s.images.name() == 0 || !same_layout(s.layout, camera)) s.make_arrays(camera);
   StoredView& kept =
       s.store.insert(view.id, view.time, camera, view.map_from_cam, s.surface_pass.scene_size_mu());
-  kept.depth_camera = depth_camera_for(camera, s.options.depth_map_scale);
+  kept.depth_camera = depth_camera_for(camera, s.depth_size.width_px, s.depth_size.height_px);
   upload_layer(s.images.name(), kept.slot, view.image, &s.scratch);
   return InputStatus::kAccepted;
 }

@@ -39,7 +39,7 @@ enum class InputStatus { kAccepted, kBadImage, kBadCamera, kBadPose, kBadMesh };
 
 struct SceneOptions {
   int stored_views = 24;         // newest and earlier ones, 1…64
-  double depth_map_scale = 0.5;  // size of a view's depth map relative to its image, 0.1…1
+  double depth_map_scale = 0.5;  // texels of a view's depth map per image pixel, 0.1…1
 };
 
 struct RenderOptions {

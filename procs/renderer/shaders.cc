@@ -34,9 +34,15 @@ struct View {
   vec4 image_matrix;     // fx fy cx cy of the image
   vec4 depth_matrix;     // fx fy cx cy of its depth map
   vec4 distortion;
-  vec4 k3_radius_layer;  // k3, greatest radius squared, texture layer
+  vec4 k3_radius_layer;  // k3, greatest radius squared, texture layer, rank
+  vec4 sizes;            // of the image, of the depth map
+  vec4 padding[6];       // to 256 bytes, so that one view can be bound alone
 };
+#if ONE_VIEW
+layout(std140) uniform Views { View view; };  // a fixed place: much cheaper than views[i]
+#else
 layout(std140) uniform Views { View views[MAX_VIEWS]; };
+#endif
 uniform int view_count;
 uniform vec4 pred_matrix;       // fx fy cx cy of the picture
 uniform sampler2D surface;      // (1/z, its slopes, guess)
@@ -53,7 +59,7 @@ struct Fragment {
 };
 struct Choice {
   float quality;
-  int rank;    // -1: none
+  float rank;  // -1: none
   vec3 texel;  // where to sample, and the layer
 };
 )";
@@ -62,7 +68,7 @@ struct Choice {
 /// hidden (the weight of free texels, 0 to 1), and where to go to get clear of what is in front.
 constexpr const char* kFreeWeight = R"(
 float free_weight(View view, vec2 xy, vec3 plane_in_view, float inverse_z, out vec2 away) {
-  vec2 size = vec2(textureSize(depths, 0).xy);
+  vec2 size = view.sizes.zw;
   vec2 at = xy * view.depth_matrix.xy + view.depth_matrix.zw;  // texel centres are whole
   vec2 base = clamp(floor(at), vec2(0.0), size - 2.0);
   vec2 part = clamp(at - base, 0.0, 1.0);
@@ -85,14 +91,14 @@ float free_weight(View view, vec2 xy, vec3 plane_in_view, float inverse_z, out v
 )";
 
 constexpr const char* kConsider = R"(
-void consider(View view, int rank, Fragment f, inout Choice choice) {
+void consider(View view, Fragment f, inout Choice choice) {
   mat3 turn = mat3(view.view_from_pred);
   vec3 m = turn * f.ray + view.view_from_pred[3].xyz * f.inverse_z;  // point / its z
   float facing = 1.0 - dot(f.plane, view.centre_in_pred.xyz);         // < 0: sees the back
   float near = dot(f.ray, f.ray) / dot(m, m);
   float quality = facing * near * sqrt(near);
   vec2 xy = m.xy / m.z;
-  vec2 size = vec2(textureSize(images, 0).xy);
+  vec2 size = view.sizes.xy;
   vec2 uv = distort(xy, view.distortion, view.k3_radius_layer.x) * view.image_matrix.xy +
             view.image_matrix.zw + 0.5;
   bool inside = m.z > 1e-6 && dot(xy, xy) < view.k3_radius_layer.y &&
@@ -105,7 +111,7 @@ void consider(View view, int rank, Fragment f, inout Choice choice) {
   inside = inside && open >= LEAST_OPEN;
 #endif
   if (inside && quality > choice.quality) {
-    choice = Choice(quality, rank, vec3(uv / size, view.k3_radius_layer.z));
+    choice = Choice(quality, view.k3_radius_layer.w, vec3(uv / size, view.k3_radius_layer.z));
   }
 }
 )";
@@ -128,21 +134,21 @@ void main() {
   bool background = hit.x <= 0.0;
   bool guess = background || hit.w > 0.0;
   bool paint = background ? paint_background : (paint_hull || !guess);
-  Choice choice = Choice(0.0, -1, vec3(0.0));
-#if NEWEST_ONLY
-  consider(views[0], 0, f, choice);
+  Choice choice = Choice(0.0, -1.0, vec3(0.0));
+#if ONE_VIEW
+  consider(view, f, choice);
   if (!paint || choice.quality < GOOD_QUALITY) discard;
 #else
   int count = paint ? view_count : 0;
   for (int i = 0; i < count && choice.quality < GOOD_QUALITY; ++i) {
-    consider(views[i], i, f, choice);
+    consider(views[i], f, choice);
   }
-  if (choice.rank < 0) {
+  if (choice.rank < 0.0) {
     colour = vec4(unknown_shade(f), 0.0);
     return;
   }
 #endif
-  float code = float(choice.rank + 1) + (guess ? 128.0 : 0.0);
+  float code = choice.rank + 1.0 + (guess ? 128.0 : 0.0);
   colour = vec4(textureLod(images, choice.texel, 0.0).rgb, code / 255.0);
 }
 )";
@@ -200,8 +206,8 @@ std::string paint_fragment_shader(const PaintShader& variant) {
   return std::string(kVersion) + "#extension GL_ARB_texture_gather : require\n" +
          define("LENS", static_cast<int>(variant.lens)) + define("MAX_VIEWS", kMaxUsedViews) +
          define("HAS_MESH", variant.has_mesh ? 1 : 0) +
-         define("NEWEST_ONLY", variant.newest_only ? 1 : 0) + kPaintConstants + kDistort +
-         kPaintInputs + (variant.has_mesh ? kFreeWeight : "") + kConsider + kPaintMain;
+         define("ONE_VIEW", variant.one_view ? 1 : 0) + kPaintConstants + kDistort + kPaintInputs +
+         (variant.has_mesh ? kFreeWeight : "") + kConsider + kPaintMain;
 }
 
 std::string quad_vertex_shader() {

@@ -15,7 +15,7 @@ enum class ShaderLens { kPinhole, kRadtan, kEquidistant };
 struct PaintShader {
   ShaderLens lens = ShaderLens::kPinhole;
   bool has_mesh = false;
-  bool newest_only = false;
+  bool one_view = false;
   auto operator<=>(const PaintShader&) const = default;
 };
 
@@ -24,7 +24,8 @@ std::string surface_vertex_shader();
 /// one-channel target.
 std::string surface_fragment_shader();
 std::string full_screen_vertex_shader();
-/// `newest_only` paints what the newest view sees well and discards the rest.
+/// With `one_view`: paints what this view sees well and discards the rest. Else: searches all
+/// views, and shades what none sees.
 std::string paint_fragment_shader(const PaintShader& variant);
 std::string quad_vertex_shader();
 std::string quad_fragment_shader();
