@@ -16,22 +16,30 @@ using Handle = std::unique_ptr<void, Closer>;
 
 int pixel_format(int channels) { return channels == 1 ? TJPF_GRAY : TJPF_RGB; }
 
-std::optional<Image> decode_jpeg(const image_t& message, int channels) {
-  static thread_local const Handle decoder(tjInitDecompress());
+std::optional<Image> decode_jpeg_with(void* decoder, const image_t& message, int channels) {
   int width = 0, height = 0, subsampling = 0, colourspace = 0;
   const auto* data = message.data.data();
   const auto size = static_cast<unsigned long>(message.data.size());
-  if (tjDecompressHeader3(decoder.get(), data, size, &width, &height, &subsampling,
+  if (tjDecompressHeader3(decoder, data, size, &width, &height, &subsampling,
                           &colourspace) != 0) {
     return std::nullopt;
   }
   if (width != message.width_px || height != message.height_px) return std::nullopt;
   Image image{width, height, channels, {}};
   image.bytes.resize(static_cast<size_t>(width) * height * channels);
-  if (tjDecompress2(decoder.get(), data, size, image.bytes.data(), width, width * channels, height,
+  if (tjDecompress2(decoder, data, size, image.bytes.data(), width, width * channels, height,
                     pixel_format(channels), 0) != 0) {
     return std::nullopt;
   }
+  return image;
+}
+
+std::optional<Image> decode_jpeg(const image_t& message, int channels) {
+  static thread_local Handle decoder;
+  if (!decoder) decoder.reset(tjInitDecompress());
+  auto image = decode_jpeg_with(decoder.get(), message, channels);
+  // After some damaged images libturbojpeg's decoder refuses every later one.
+  if (!image) decoder.reset();
   return image;
 }
 

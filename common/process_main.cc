@@ -226,6 +226,9 @@ int run_process(int argc, char** argv, const ProcessInfo& info, const ProcessMak
   } catch (const StartupError& e) {
     std::cerr << info.name << ": " << e.what() << "\n";
     return e.code();
+  } catch (const std::exception& e) {
+    std::cerr << info.name << ": bug: " << e.what() << "\n";
+    return kExitBug;
   }
 }
 

@@ -1,0 +1,45 @@
+// The contract between hosts of different age: a message's fingerprint covers its fields' names and
+// types. When this test fails a message was changed: processes and logs of before will not
+// understand it. If that is meant, put the new fingerprint here and say so in CHANGELOG.md; a field
+// with a new meaning needs a new name, a redesign a new type.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <map>
+#include <string>
+
+#include "common/message_check.h"
+#include "tests/common/all_messages.h"
+
+namespace foresight {
+namespace {
+
+const std::map<std::string, std::string> kExpected = {
+    {"camera_info_t", "2a74cb5d4c5350fc"},   {"camera_pose_t", "75db4e3b4c4ae00f"},
+    {"carving_delta_t", "7181fd94ee6fb564"}, {"delta_header_t", "9bba78c3f1832d74"},
+    {"display_stats_t", "22f51f13e43f370a"}, {"health_t", "c0e934a34f4ec6f4"},
+    {"image_t", "c6c282f2d13a9843"},         {"link_flow_t", "c60e539cb1aa9980"},
+    {"link_stats_t", "33d8521290e98cbe"},    {"map_delta_t", "fd162bf2c6fca7db"},
+    {"mesh_t", "db53bd41c5619cce"},          {"port_health_t", "81439b9c989d0cc2"},
+    {"slam_command_t", "622b926a802c232d"},  {"snapshot_request_t", "6dcd978c7ee419ca"},
+    {"view_t", "b8ea51425948f7c1"},
+};
+
+TEST(Fingerprints, OfEveryMessageAreThoseOfTheContract) {
+  for_each_message(AllMessages{}, [&]<class Message>() {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx",
+                  static_cast<unsigned long long>(Message::getHash()));
+    const std::string name = Message::getTypeName();
+    EXPECT_TRUE(kExpected.contains(name)) << name << " is new";
+    EXPECT_EQ(kExpected.contains(name) ? kExpected.at(name) : "", text) << name << " has changed";
+  });
+}
+
+TEST(Fingerprints, CoverEveryMessage) {
+  EXPECT_EQ(AllMessages::kSize, all_schemas().size()) << "all_messages.h misses a message";
+  EXPECT_EQ(kExpected.size(), all_schemas().size());
+}
+
+}  // namespace
+}  // namespace foresight

@@ -1,0 +1,121 @@
+// The live host without a network: LCM's memq provider carries messages inside this process.
+#include "common/live_host.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <csignal>
+#include <thread>
+
+#include "common/errors.h"
+#include "common/node.h"
+#include "foresight/slam_command_t.hpp"
+#include "tests/common/files.h"
+
+namespace foresight {
+namespace {
+
+// One LCM instance per domain in this process: what is published comes back.
+class LiveHostTest : public testing::Test {
+ protected:
+  void stop_after(Duration d) {
+    host_.call_at(host_.now() + d, [this] { host_.stop(0); });
+  }
+  LiveHost host_{"memq://", "memq://"};
+};
+
+TEST_F(LiveHostTest, DeliversMessages) {
+  Node node("n", host_, {});
+  auto out = node.advertise<slam_command_t>({.channel = "C"});
+  int received = 0;
+  node.subscribe<slam_command_t>({.channel = "C"}, Queue::kAll, [&](const slam_command_t&) {
+    if (++received == 100) host_.stop(3);
+  });
+  for (int i = 0; i < 100; ++i) out.publish({});
+  EXPECT_EQ(host_.run(), 3);
+}
+
+TEST_F(LiveHostTest, KLatestSkipsAllButTheNewest) {
+  Node node("n", host_, {});
+  auto out = node.advertise<slam_command_t>({.channel = "C"});
+  std::vector<int64_t> received;
+  node.subscribe<slam_command_t>({.channel = "C"}, Queue::kLatest,
+                                 [&](const slam_command_t& m) { received.push_back(m.utime); });
+  slam_command_t message{};
+  for (message.utime = 0; message.utime < 50; ++message.utime) out.publish(message);
+  stop_after(milliseconds(200));
+  host_.run();
+  ASSERT_FALSE(received.empty());
+  EXPECT_EQ(received.back(), 49);
+  EXPECT_EQ(node.ports().back().skipped, 50 - static_cast<int64_t>(received.size()));
+}
+
+TEST_F(LiveHostTest, TimersFireInOrderAndDoNotPileUp) {
+  std::vector<int> order;
+  int ticks = 0;
+  const Time begin = host_.now();
+  host_.call_at(begin + milliseconds(40), [&] { order.push_back(2); });
+  host_.call_at(begin + milliseconds(20), [&] { order.push_back(1); });
+  host_.call_every(milliseconds(1), [&] {
+    ++ticks;
+    if (ticks == 1) std::this_thread::sleep_for(std::chrono::milliseconds(60));  // a slow handler
+  });
+  stop_after(milliseconds(100));
+  host_.run();
+  EXPECT_EQ(order, (std::vector{1, 2}));
+  EXPECT_LT(ticks, 60) << "missed periods are skipped, not caught up";
+  EXPECT_GT(ticks, 2);
+}
+
+TEST_F(LiveHostTest, AJobRunsBesideTheMainThread) {
+  Node node("n", host_, {});
+  std::thread::id job_thread, apply_thread;
+  ASSERT_TRUE(node.run_beside(
+      [&]() -> std::function<void()> {
+        job_thread = std::this_thread::get_id();
+        return [&] {
+          apply_thread = std::this_thread::get_id();
+          host_.stop(0);
+        };
+      },
+      Duration{0}));
+  host_.run();
+  EXPECT_NE(job_thread, std::this_thread::get_id());
+  EXPECT_EQ(apply_thread, std::this_thread::get_id());
+}
+
+// A job may still run when the process is told to end; it must not outlive what it works on.
+TEST_F(LiveHostTest, RunReturnsOnlyWhenTheJobHasEnded) {
+  Node node("n", host_, {});
+  std::atomic<bool> began{false}, ended{false};
+  ASSERT_TRUE(node.run_beside(
+      [&]() -> std::function<void()> {
+        began = true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        ended = true;
+        return [] {};
+      },
+      Duration{0}));
+  host_.call_every(milliseconds(1), [&] {
+    if (began) host_.stop(0);
+  });
+  host_.run();
+  EXPECT_TRUE(ended);
+}
+
+TEST_F(LiveHostTest, SignalsEndItCleanly) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    LiveHost host("memq://", "memq://");
+    host.call_at(host.now() + milliseconds(5), [&] { std::raise(signal); });
+    EXPECT_EQ(host.run(), 0);
+  }
+}
+
+TEST(LcmBus, SaysWhatMendsABadUrl) {
+  const std::string line = error_of<UnavailableError>([] { LcmBus bus("nonsense://"); });
+  EXPECT_NE(line.find("nonsense://"), std::string::npos);
+  EXPECT_NE(line.find("scripts/setup --network"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace foresight

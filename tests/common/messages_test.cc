@@ -1,0 +1,207 @@
+#include "common/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace foresight {
+namespace {
+
+MapDelta random_map_delta(int size, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  MapDelta delta;
+  for (int i = 0; i < size; ++i) {
+    delta.observations_removed.push_back({i, 2 * i});
+    delta.points_removed.push_back(3 * i);
+    delta.keyframes_removed.push_back(5 * i);
+    delta.keyframes_set.push_back(
+        {i,
+         {Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)),
+          Eigen::Vector3d(normal(random), normal(random), normal(random))}});
+    delta.points_set.push_back({i, Eigen::Vector3f::Random()});
+    delta.observations_added.push_back({i, 7 * i});
+  }
+  return delta;
+}
+
+CarvingDelta random_carving_delta(int size) {
+  CarvingDelta delta;
+  for (int i = 0; i < size; ++i) {
+    delta.cells_removed.push_back(i);
+    delta.vertices_removed.push_back(-i);
+    delta.vertices_set.push_back({i - 8, Eigen::Vector3f::Random()});
+    delta.cells_added.push_back({i, {-8, i, i + 1, i + 2}, i % 3});
+    delta.cells_updated.push_back({i, 2 * i});
+  }
+  return delta;
+}
+
+void expect_equal(const MapDelta& a, const MapDelta& b) {
+  EXPECT_EQ(a.observations_removed, b.observations_removed);
+  EXPECT_EQ(a.points_removed, b.points_removed);
+  EXPECT_EQ(a.keyframes_removed, b.keyframes_removed);
+  EXPECT_EQ(a.observations_added, b.observations_added);
+  ASSERT_EQ(a.keyframes_set.size(), b.keyframes_set.size());
+  for (size_t i = 0; i < a.keyframes_set.size(); ++i) {
+    EXPECT_EQ(a.keyframes_set[i].id, b.keyframes_set[i].id);
+    EXPECT_TRUE(a.keyframes_set[i].map_from_cam.matrix().isApprox(
+        b.keyframes_set[i].map_from_cam.matrix(), 1e-12));
+  }
+  ASSERT_EQ(a.points_set.size(), b.points_set.size());
+  for (size_t i = 0; i < a.points_set.size(); ++i) {
+    EXPECT_EQ(a.points_set[i].id, b.points_set[i].id);
+    EXPECT_EQ(a.points_set[i].position_in_map, b.points_set[i].position_in_map);
+  }
+}
+
+void expect_equal(const CarvingDelta& a, const CarvingDelta& b) {
+  EXPECT_EQ(a.cells_removed, b.cells_removed);
+  EXPECT_EQ(a.vertices_removed, b.vertices_removed);
+  ASSERT_EQ(a.vertices_set.size(), b.vertices_set.size());
+  ASSERT_EQ(a.cells_added.size(), b.cells_added.size());
+  ASSERT_EQ(a.cells_updated.size(), b.cells_updated.size());
+  for (size_t i = 0; i < a.vertices_set.size(); ++i) {
+    EXPECT_EQ(a.vertices_set[i].id, b.vertices_set[i].id);
+    EXPECT_EQ(a.vertices_set[i].position_in_map, b.vertices_set[i].position_in_map);
+  }
+  for (size_t i = 0; i < a.cells_added.size(); ++i) {
+    EXPECT_EQ(a.cells_added[i].id, b.cells_added[i].id);
+    EXPECT_EQ(a.cells_added[i].vertices, b.cells_added[i].vertices);
+    EXPECT_EQ(a.cells_added[i].constraints, b.cells_added[i].constraints);
+  }
+  for (size_t i = 0; i < a.cells_updated.size(); ++i) {
+    EXPECT_EQ(a.cells_updated[i].id, b.cells_updated[i].id);
+    EXPECT_EQ(a.cells_updated[i].constraints, b.cells_updated[i].constraints);
+  }
+}
+
+// Splits, checks the parts, and puts them together again.
+template <class Message, class Delta>
+void expect_round_trip(const Delta& delta, size_t max_bytes, size_t overhead_bytes) {
+  const std::vector<Message> parts = split(delta, max_bytes);
+  Delta joined;
+  for (size_t i = 0; i < parts.size(); ++i) {
+    EXPECT_EQ(parts[i].header.part, static_cast<int32_t>(i));
+    EXPECT_EQ(parts[i].header.part_count, static_cast<int32_t>(parts.size()));
+    EXPECT_LE(static_cast<size_t>(parts[i].getEncodedSize()), max_bytes + overhead_bytes);
+    EXPECT_TRUE(append(parts[i], &joined));
+  }
+  expect_equal(joined, delta);
+}
+
+TEST(Messages, MapDeltaSurvivesInOnePartAndInMany) {
+  for (const size_t max_bytes : {100u, 1000u, 400'000u}) {
+    expect_round_trip<map_delta_t>(random_map_delta(300, 1), max_bytes, 150);
+  }
+  EXPECT_EQ(split(random_map_delta(300, 1), 400'000).size(), 1u);
+}
+
+TEST(Messages, CarvingDeltaSurvivesInOnePartAndInMany) {
+  for (const size_t max_bytes : {100u, 1000u, 400'000u}) {
+    expect_round_trip<carving_delta_t>(random_carving_delta(300), max_bytes, 150);
+  }
+}
+
+TEST(Messages, AnEmptyDeltaIsOnePart) {
+  EXPECT_EQ(split(MapDelta{}, 1000).size(), 1u);
+  EXPECT_EQ(split(CarvingDelta{}, 1000).size(), 1u);
+}
+
+TEST(Messages, AMapDeltaThatMakesNoSenseIsRefusedWhole) {
+  const map_delta_t good = split(random_map_delta(5, 2), 100'000).front();
+  const auto refuse = [&](const auto& change) {
+    map_delta_t bad = good;
+    change(&bad);
+    MapDelta delta;
+    EXPECT_FALSE(append(bad, &delta));
+    EXPECT_TRUE(delta.empty()) << "a refused part leaves nothing behind";
+  };
+  refuse([](map_delta_t* m) { m->point_ids[2] = -1; });
+  refuse([](map_delta_t* m) { m->observation_point_ids[0] = -7; });
+  refuse([](map_delta_t* m) { m->n_point_coordinates = 14; });
+  refuse([](map_delta_t* m) { m->keyframe_map_from_cam_quat_wxyz[4] = {0, 0, 0, 0}; });
+  refuse([](map_delta_t* m) { m->keyframe_map_from_cam_quat_wxyz[4] = {2, 0, 0, 0}; });
+}
+
+TEST(Messages, ACarvingDeltaThatMakesNoSenseIsRefusedWhole) {
+  const carving_delta_t good = split(random_carving_delta(5), 100'000).front();
+  const auto refuse = [&](const auto& change) {
+    carving_delta_t bad = good;
+    change(&bad);
+    CarvingDelta delta;
+    EXPECT_FALSE(append(bad, &delta));
+    EXPECT_TRUE(delta.empty());
+  };
+  refuse([](carving_delta_t* m) { m->cell_ids[0] = -1; });
+  refuse([](carving_delta_t* m) { m->cell_constraints[0] = -1; });
+  refuse([](carving_delta_t* m) { m->n_cell_vertices = 19; });
+  refuse([](carving_delta_t* m) { m->n_vertex_coordinates = 16; });
+}
+
+TEST(Messages, PoseSurvives) {
+  const Pose<Map, Cam> pose(Eigen::Quaterniond(0.5, -0.5, 0.1, 0.7), Eigen::Vector3d(1, 2, 3));
+  camera_pose_t message{};
+  message.state = camera_pose_t::STATE_TRACKING;
+  write_pose(pose, &message);
+  const auto read = read_pose(message);
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(read->matrix().isApprox(pose.matrix(), 1e-15));
+}
+
+TEST(Messages, APoseIsReadOnlyWhenTrackingAndARotation) {
+  camera_pose_t message{};
+  message.state = camera_pose_t::STATE_TRACKING;
+  EXPECT_FALSE(read_pose(message)) << "a zero quaternion";
+  message.map_from_cam_quat_wxyz[0] = 1;
+  EXPECT_TRUE(read_pose(message));
+  message.map_from_cam_quat_wxyz[0] = 1.1;
+  EXPECT_FALSE(read_pose(message));
+  message.map_from_cam_quat_wxyz[0] = 1;
+  message.state = camera_pose_t::STATE_LOST;
+  EXPECT_FALSE(read_pose(message));
+}
+
+TEST(Messages, CameraInfoThatMakesNoSenseIsRefused) {
+  camera_info_t good{};
+  good.width_px = 640;
+  good.height_px = 480;
+  good.fx_px = good.fy_px = 500;
+  EXPECT_TRUE(from_message(good));
+  camera_info_t bad = good;
+  bad.lens = 9;
+  EXPECT_FALSE(from_message(bad));
+  bad = good;
+  bad.width_px = -640;
+  EXPECT_FALSE(from_message(bad));
+  bad = good;
+  bad.fx_px = 0;
+  EXPECT_FALSE(from_message(bad));
+}
+
+TEST(Messages, MeshSurvives) {
+  Mesh mesh;
+  mesh.vertices_in_map = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.vertex_ids = {4, -1, 7, 4};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  const auto read = from_message(to_message(mesh));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->vertices_in_map, mesh.vertices_in_map);
+  EXPECT_EQ(read->vertex_ids, mesh.vertex_ids);
+  EXPECT_EQ(read->triangles, mesh.triangles);
+}
+
+TEST(Messages, AMeshWithIndicesOutOfRangeIsRefused) {
+  Mesh mesh;
+  mesh.vertices_in_map = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.vertex_ids = {1, 2, 3};
+  mesh.triangles = {{0, 2, 1}};
+  for (const int32_t index : {-1, 3, 1'000'000}) {
+    mesh_t message = to_message(mesh);
+    message.triangle_vertices[1] = index;
+    EXPECT_FALSE(from_message(message)) << index;
+  }
+}
+
+}  // namespace
+}  // namespace foresight

@@ -1,0 +1,142 @@
+// What a process gets from its node: validated messages, counters, health.
+#include "common/node.h"
+
+#include <gtest/gtest.h>
+
+#include "common/simulation.h"
+#include "foresight/image_t.hpp"
+#include "foresight/slam_command_t.hpp"
+
+namespace foresight {
+namespace {
+
+class Listener : public Process {
+ public:
+  explicit Listener(Node& its_node) : node(its_node) {
+    its_node.subscribe<image_t>({.channel = "IMAGE"}, Queue::kAll,
+                                [this](const image_t& m) { received.push_back(m.utime); });
+  }
+  Node& node;
+  std::vector<int64_t> received;
+};
+
+class NodeTest : public testing::Test {
+ protected:
+  NodeTest() {
+    world_.listen(Domain::kRobot, "HEALTH", [this](auto bytes) {
+      ASSERT_GT(health_.decode(bytes.data(), 0, static_cast<int>(bytes.size())), 0);
+      ++health_count_;
+    });
+    listener_ = &static_cast<Listener&>(world_.add(
+        "listener", {Domain::kRobot}, [](Node& n) { return std::make_unique<Listener>(n); }));
+  }
+  void send(std::vector<uint8_t> bytes) {
+    world_.inject(world_.now(), Domain::kRobot, "IMAGE", std::move(bytes));
+  }
+  void run_for(Duration d) { world_.run_until(world_.now() + d); }
+  const port_health_t& port(const std::string& channel) {
+    for (const port_health_t& p : health_.ports) {
+      if (p.channel == channel) return p;
+    }
+    ADD_FAILURE() << "no port " << channel;
+    return health_.ports.at(0);
+  }
+  static image_t make_image(int64_t utime) {
+    image_t image{};
+    image.utime = utime;
+    return image;
+  }
+  Simulation world_{Time{1'000'000}};
+  Listener* listener_ = nullptr;
+  health_t health_{};
+  int health_count_ = 0;
+};
+
+TEST_F(NodeTest, HandsOnValidMessagesAndCountsThem) {
+  for (int i = 0; i < 5; ++i) send(encode(make_image(world_.now().us - 20'000)));
+  run_for(seconds(1));
+  EXPECT_EQ(listener_->received.size(), 5u);
+  EXPECT_EQ(port("IMAGE").messages, 5);
+  EXPECT_NEAR(port("IMAGE").rate_hz, 5, 0.01);
+  EXPECT_NEAR(port("IMAGE").latency_ms, 20, 1e-3);
+  EXPECT_GT(port("IMAGE").bytes_per_s, 100);
+  run_for(seconds(1));
+  EXPECT_EQ(port("IMAGE").rate_hz, 0);
+  EXPECT_EQ(port("IMAGE").latency_ms, -1);
+}
+
+TEST_F(NodeTest, RejectsTruncatedOversizedAndForeignMessagesAndGoesOn) {
+  const std::vector<uint8_t> good = encode(make_image(1'000'000));
+  send({});
+  send({1, 2, 3});
+  send({good.begin(), good.end() - 1});
+  std::vector<uint8_t> longer = good;
+  longer.push_back(0);
+  send(longer);
+  send(encode(slam_command_t{}));
+  send(good);
+  run_for(seconds(1));
+  EXPECT_EQ(listener_->received.size(), 1u);
+  EXPECT_EQ(port("IMAGE").rejected, 5);
+  EXPECT_EQ(port("IMAGE").messages, 1);
+}
+
+TEST_F(NodeTest, CountsWhatTheProcessItselfRejects) {
+  listener_->node.reject_message("IMAGE", "not of this world");
+  run_for(seconds(1));
+  EXPECT_EQ(port("IMAGE").rejected, 1);
+}
+
+TEST_F(NodeTest, ReportsOncePerSecondAndAtOnceWhenTheStateChanges) {
+  run_for(seconds(3.5));
+  EXPECT_EQ(health_count_, 3);
+  EXPECT_EQ(health_.state, +health_t::STATE_STARTING);
+  listener_->node.set_state(ProcessState::kWaiting, "no IMAGE arrives");
+  run_for(milliseconds(1));
+  EXPECT_EQ(health_count_, 4);
+  EXPECT_EQ(health_.reason, "no IMAGE arrives");
+  listener_->node.set_state(ProcessState::kWaiting, "still none");
+  run_for(milliseconds(1));
+  EXPECT_EQ(health_count_, 4) << "a new reason waits for the next second";
+  run_for(seconds(1));
+  EXPECT_EQ(health_.reason, "still none");
+}
+
+TEST_F(NodeTest, HealthCarriesMetricsAndNoFigureOfTheMachine) {
+  listener_->node.set_metric("keyframes", 12);
+  listener_->node.set_metric("keyframes", 13);
+  run_for(seconds(1));
+  EXPECT_EQ(health_.metric_names, std::vector<std::string>{"keyframes"});
+  EXPECT_EQ(health_.metric_values, std::vector<double>{13});
+  EXPECT_EQ(health_.process, "listener");
+  EXPECT_EQ(health_.pid, 0);
+  EXPECT_EQ(health_.cpu_share, 0);
+  EXPECT_EQ(health_.memory_mb, 0);
+}
+
+TEST_F(NodeTest, RunsOneJobAtATimeAndAppliesItsResultAfterItsCost) {
+  Node& node = listener_->node;
+  Time applied{0};
+  EXPECT_TRUE(
+      node.run_beside([&]() -> std::function<void()> { return [&] { applied = world_.now(); }; },
+                      milliseconds(100)));
+  EXPECT_TRUE(node.job_running());
+  EXPECT_FALSE(node.run_beside([]() -> std::function<void()> { return [] {}; }, seconds(1)));
+  const Time begin = world_.now();
+  run_for(seconds(1));
+  EXPECT_EQ(applied - begin, milliseconds(100));
+  EXPECT_FALSE(node.job_running());
+}
+
+using NodeDeathTest = NodeTest;
+
+TEST_F(NodeDeathTest, AHandlerThatThrowsIsABug) {
+  listener_->node.subscribe<slam_command_t>(
+      {.channel = "SLAM_COMMAND"}, Queue::kAll,
+      [](const slam_command_t&) { throw std::runtime_error("oops"); });
+  world_.inject(world_.now(), Domain::kRobot, "SLAM_COMMAND", encode(slam_command_t{}));
+  EXPECT_EXIT(run_for(seconds(1)), testing::ExitedWithCode(70), "oops");
+}
+
+}  // namespace
+}  // namespace foresight
