@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -186,16 +187,18 @@ bool LiveHost::handle_next_arrival() {
   return false;
 }
 
+// Only what is due on entry, and a periodic timer again at its next whole period after its call: a
+// timer that takes longer than its period must not starve messages.
 void LiveHost::run_due_timers() {
-  while (!stopping_ && !timers_.empty() && timers_.top().due_us <= monotonic_us()) {
+  const int64_t entry_us = monotonic_us();
+  while (!stopping_ && !timers_.empty() && timers_.top().due_us <= entry_us) {
     Timer timer = timers_.top();
     timers_.pop();
-    if (timer.period.us > 0) {  // missed periods are skipped, not caught up
-      Timer next = timer;
-      next.due_us = std::max(timer.due_us + timer.period.us, monotonic_us());
-      timers_.push(next);
-    }
     (*timer.call)();
+    if (timer.period.us <= 0) continue;
+    const int64_t missed = std::max<int64_t>(0, monotonic_us() - timer.due_us) / timer.period.us;
+    timer.due_us += (missed + 1) * timer.period.us;
+    timers_.push(timer);
   }
 }
 

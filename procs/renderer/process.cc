@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "common/image_codec.h"
 #include "common/messages.h"
@@ -119,6 +120,7 @@ void RendererProcess::on_view(const view_t& message) {
     return node_.reject_message("VIEW", "image is damaged or not of the camera's size");
   }
   video_time_ = {message.utime};
+  video_changed_ = true;
   ++videos_;
   const auto pose = read_pose(message.pose);
   if (!pose) return;
@@ -173,7 +175,7 @@ bool RendererProcess::draw_predicted() {
 // Without a prediction its place shows the delayed video, and the panel says so.
 void RendererProcess::compose(bool has_prediction) {
   GlContext& context = *gl_->context;
-  if (camera_) gl_->video.draw(camera_->undistorted());
+  if (camera_ && std::exchange(video_changed_, false)) gl_->video.draw(camera_->undistorted());
   context.bind();
   gl_->hud.clear();
   const double aspect =

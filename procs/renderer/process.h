@@ -81,6 +81,7 @@ class RendererProcess : public Process {
   std::string lost_reason_;
   int64_t epoch_ = 0, mesh_epoch_ = 0, pose_epoch_ = 0;
   Time pose_time_, video_time_, texture_time_, mesh_time_, last_draw_;
+  bool video_changed_ = false;
   Layout layout_;
   SourceShares shares_;
   Time shares_time_;

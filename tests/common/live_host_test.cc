@@ -67,6 +67,22 @@ TEST_F(LiveHostTest, TimersFireInOrderAndDoNotPileUp) {
   EXPECT_GT(ticks, 2);
 }
 
+TEST_F(LiveHostTest, TimersThatTakeLongerThanTheirPeriodDoNotStarveMessages) {
+  Node node("n", host_, {});
+  auto out = node.advertise<slam_command_t>({.channel = "C"});
+  int received = 0;
+  node.subscribe<slam_command_t>({.channel = "C"}, Queue::kAll, [&](const slam_command_t&) {
+    if (++received == 10) host_.stop(3);
+  });
+  for (int i = 0; i < 3; ++i) {
+    host_.call_every(milliseconds(2),
+                     [] { std::this_thread::sleep_for(std::chrono::milliseconds(5)); });
+  }
+  host_.call_every(milliseconds(10), [&] { out.publish({}); });
+  stop_after(seconds(60));
+  EXPECT_EQ(host_.run(), 3) << received << " messages handled";
+}
+
 TEST_F(LiveHostTest, AJobRunsBesideTheMainThread) {
   Node node("n", host_, {});
   std::thread::id job_thread, apply_thread;
