@@ -13,8 +13,8 @@ namespace {
 /// Cell ids are dense: they may exceed the number of cells only as far as a lively history of
 /// removals explains.
 int64_t max_cell_id(int64_t cells, int64_t added) {
-  constexpr int64_t kSpread = 4;
-  constexpr int64_t kSlack = 1024;
+  constexpr int64_t kSpread = 16;
+  constexpr int64_t kSlack = 65536;
   constexpr int64_t kSlotsFitInt = std::numeric_limits<int32_t>::max() / 4 - 1;
   return std::min(kSpread * (cells + added) + kSlack, kSlotsFitInt);
 }

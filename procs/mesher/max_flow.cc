@@ -11,7 +11,7 @@ namespace foresight {
 void MaxFlow::reset(int32_t node_count) {
   FORESIGHT_CHECK(node_count >= 0 && node_count <= std::numeric_limits<int32_t>::max() / kDegree);
   nodes_.assign(static_cast<size_t>(node_count), Node{});
-  arcs_.assign(static_cast<size_t>(node_count) * kDegree, Arc{});
+  arcs_.assign(static_cast<size_t>(node_count), Arcs{});
   flow_ = 0;
   decided_count_ = 0;
 }

@@ -18,8 +18,8 @@
 //   flow.solve();              // 3
 //   flow.side(0);              // Side::kSource
 //
-// The sum of all capacities must stay below 2^62. Memory: 96 bytes per node. Time: linear in
-// practice on cell complexes (docs/algorithms/regularisation.md has numbers).
+// The sum of all capacities must stay below 2^62. Memory: 96 bytes per node. Times on cell
+// complexes: docs/algorithms/regularisation.md.
 //
 // solve() leaves the residual graph behind; capacities may be added after it, and the next solve()
 // continues the flow instead of starting over.
@@ -70,7 +70,11 @@ class MaxFlow {
     Capacity residual = 0;
     int32_t twin = -1;  // the slot at the other end, −1: unused
   };
-  struct Node {
+  /// A node's arcs in one cache line.
+  struct alignas(64) Arcs {
+    std::array<Arc, kDegree> of_slot;
+  };
+  struct alignas(32) Node {
     Capacity terminal = 0;      // residual t-link: > 0 from the source, < 0 to the sink
     int32_t parent = 0;         // own slot that leads to the parent, or a constant below
     int32_t next_active = -1;   // −1: not in the queue
@@ -84,9 +88,14 @@ class MaxFlow {
   static constexpr int32_t kTerminalParent = -2;
   static constexpr int32_t kOrphan = -3;
 
-  static int32_t owner(int32_t arc_slot) { return arc_slot / kDegree; }
+  static int32_t owner(int32_t arc_slot) {
+    return static_cast<int32_t>(static_cast<uint32_t>(arc_slot) / kDegree);
+  }
   Node& node(int32_t i) { return nodes_[static_cast<size_t>(i)]; }
-  Arc& arc(int32_t a) { return arcs_[static_cast<size_t>(a)]; }
+  Arc& arc(int32_t arc_slot) {
+    const auto s = static_cast<uint32_t>(arc_slot);
+    return arcs_[s / kDegree].of_slot[s % kDegree];
+  }
   /// What can still flow along slot `a` of a node in `tree`, away from the tree's root.
   Capacity outward(Tree tree, int32_t a) {
     return tree == Tree::kSource ? arc(a).residual : arc(arc(a).twin).residual;
@@ -114,7 +123,7 @@ class MaxFlow {
   void release(int32_t i);
 
   std::vector<Node> nodes_;
-  std::vector<Arc> arcs_;
+  std::vector<Arcs> arcs_;
   std::vector<int32_t> undecided_;  // work list of decide_heavy_nodes
   std::vector<int32_t> orphans_;    // first in, first out; orphans_head_ is the next to adopt
   size_t orphans_head_ = 0;

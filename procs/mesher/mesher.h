@@ -39,7 +39,7 @@ enum class Energy {
 struct MesherOptions {
   /// Weight of the surface area, ≥ 0; 0 keeps the raw carving. Larger is smoother; cells with
   /// volume/area well below λ follow their neighbours.
-  double lambda = 0.005;
+  double lambda = 0.002;
   LambdaUnit lambda_unit = LambdaUnit::kRelative;
   Energy energy = Energy::kVolume;
   /// A cell counts as carved in the data term with at least this many constraints, ≥ 1. More than
