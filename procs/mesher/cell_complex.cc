@@ -100,11 +100,7 @@ ApplyResult CellComplex::apply(const CarvingDelta& delta) {
     commit(journal);
   } else {
     roll_back(journal);
-    constraints_.resize(old_cell_limit);
-    volumes_.resize(old_cell_limit);
-    vertices_.resize(4 * old_cell_limit);
-    twins_.resize(4 * old_cell_limit);
-    areas_.resize(4 * old_cell_limit);
+    resize_cells(old_cell_limit);
   }
   return result;
 }
@@ -126,12 +122,7 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
     if (largest_id > max_cell_id(cell_count_, static_cast<int64_t>(delta.cells_added.size()))) {
       return ApplyResult::kCellIdOutOfRange;
     }
-    const size_t limit = static_cast<size_t>(largest_id) + 1;
-    constraints_.resize(limit, -1);
-    volumes_.resize(limit, 0);
-    vertices_.resize(4 * limit, -1);
-    twins_.resize(4 * limit, -1);
-    areas_.resize(4 * limit, 0);
+    resize_cells(static_cast<size_t>(largest_id) + 1);
   }
   ApplyResult result = apply_all(delta.cells_removed, &CellComplex::remove_cell);
   if (result != ApplyResult::kOk) return result;
@@ -144,6 +135,14 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
   return apply_all(delta.cells_updated, &CellComplex::update_cell);
 }
 
+void CellComplex::resize_cells(size_t limit) {
+  constraints_.resize(limit, -1);
+  volumes_.resize(limit, 0);
+  vertices_.resize(4 * limit, -1);
+  twins_.resize(4 * limit, -1);
+  areas_.resize(4 * limit, 0);
+}
+
 /// Indices of removed vertices become free only now: until here a rollback may need them back.
 void CellComplex::commit(const Journal& journal) {
   for (const Journal::Entry& entry : journal.entries) {
@@ -154,29 +153,29 @@ void CellComplex::commit(const Journal& journal) {
 void CellComplex::roll_back(const Journal& journal) {
   using Step = Journal::Step;
   for (auto entry = journal.entries.rbegin(); entry != journal.entries.rend(); ++entry) {
-    Point* point = entry->step >= Step::kVertexRemoved ? &points_[index(entry->index)] : nullptr;
+    const int32_t i = entry->index;
     switch (entry->step) {
       case Step::kCellRemoved:
-        FORESIGHT_CHECK(attach(entry->index, entry->corners, entry->constraints, entry->volume) ==
+        FORESIGHT_CHECK(attach(i, entry->corners, entry->constraints, entry->volume) ==
                         ApplyResult::kOk);
         break;
       case Step::kCellAdded:
-        detach(entry->index);
+        detach(i);
         break;
       case Step::kCellUpdated:
-        constraints_[index(entry->index)] = entry->constraints;
+        constraints_[index(i)] = entry->constraints;
         break;
       case Step::kVertexRemoved:
-        *point = entry->point;
-        vertex_index_by_id_.emplace(point->id, entry->index);
+        points_[index(i)] = entry->point;
+        vertex_index_by_id_.emplace(entry->point.id, i);
         break;
       case Step::kVertexMoved:
-        *point = entry->point;
+        points_[index(i)] = entry->point;
         break;
       case Step::kVertexNew:
-        vertex_index_by_id_.erase(point->id);
-        *point = Point{};
-        free_points_.push_back(entry->index);
+        vertex_index_by_id_.erase(vertex_id(i));
+        points_[index(i)] = Point{};
+        free_points_.push_back(i);
         break;
     }
   }
@@ -189,7 +188,7 @@ void CellComplex::reset() { *this = CellComplex{}; }
 ApplyResult CellComplex::remove_cell(const int32_t& cell, Journal* journal) {
   if (cell < 0 || cell >= cell_limit() || !exists(cell)) return ApplyResult::kUnknownCell;
   Journal::Entry entry{Journal::Step::kCellRemoved, cell};
-  std::copy_n(vertices_.begin() + 4 * cell, 4, entry.corners.begin());
+  for (int32_t k = 0; k < 4; ++k) entry.corners[index(k)] = vertex(4 * cell + k);
   entry.constraints = constraints(cell);
   entry.volume = volume(cell);
   journal->entries.push_back(entry);

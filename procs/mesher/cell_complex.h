@@ -98,6 +98,7 @@ class CellComplex {
   ApplyResult set_vertex(const CarvingVertex& vertex, Journal* journal);
   ApplyResult add_cell(const CarvingCell& cell, Journal* journal);
   ApplyResult update_cell(const CarvingCellUpdate& update, Journal* journal);
+  void resize_cells(size_t limit);
   void commit(const Journal& journal);
   void roll_back(const Journal& journal);
 
