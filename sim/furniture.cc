@@ -218,7 +218,7 @@ void Furnisher::led_panel(const Frame& frame) {
     const float y = 0.035f * static_cast<float>(1 - i % 3);
     const float z = 0.025f + 0.035f * static_cast<float>(2 - i / 3);
     const Frame led = tilted(moved(panel, -0.01f, y, z), Vector3f::UnitY(), -kPi / 2);
-    const Finish red{palette_.fabric, 0, random_.below(3) == 0 ? 1.5f : 0.5f};
+    const Finish red{palette_.red, 0, random_.below(3) == 0 ? 1.5f : 0.45f};
     add_stump(scene_, "led_" + std::to_string(i), led, {0.011f, 0.009f, 0.004f, 12}, red, red);
   }
 }

@@ -13,7 +13,8 @@ namespace foresight::sim {
 
 /// Indices of the textures that the lab's things share, painted once.
 struct Palette {
-  int white = 0, desk_wood = 0, shelf_wood = 0, dark_metal = 0, dark_plastic = 0, grey_plastic = 0;
+  int white = 0, red = 0, desk_wood = 0, shelf_wood = 0, dark_metal = 0, dark_plastic = 0,
+      grey_plastic = 0;
   int brick = 0, plaster = 0, floor = 0, ceiling = 0, fabric = 0, clay = 0;
   int cardboard = 0, cardboard_printed = 0, page_edges = 0, checkerboard = 0, screen = 0;
   int keyboard = 0, whiteboard = 0, notes = 0;

@@ -26,20 +26,26 @@ void build_room(Scene& scene, const Palette& palette) {
            {palette.ceiling, 0.6f, 0, 0.2f});
 }
 
-// Two lamps under the ceiling and a window on the left.
+// A lamp under the ceiling, left edge at y, and the light it gives.
+void add_ceiling_lamp(Scene& scene, const Palette& palette, float x_m, float y_m,
+                      const Vector3f& radiance) {
+  const Vector3f corner(x_m, y_m, kCeiling_m - 0.02f);
+  const Vector3f along(1.2f, 0, 0), across(0, 0.35f, 0);
+  add_quad(scene, "ceiling_lamp",
+           {corner + across, corner, corner + along, corner + along + across},
+           {palette.white, 0, 1.4f});
+  scene.lamps.push_back({corner, across, along, radiance});
+}
+
+// The lamp on the left is near the desk and gives the shadows; the one on the right and the window
+// fill them.
 void build_lamps(Scene& scene, const Palette& palette) {
-  for (const float y : {-1.1f, 1.1f}) {
-    const Vector3f corner(-0.7f, y - 0.2f, kCeiling_m - 0.02f);
-    const Vector3f along(1.4f, 0, 0), across(0, 0.4f, 0);
-    add_quad(scene, "ceiling_lamp",
-             {corner + across, corner, corner + along, corner + along + across},
-             {palette.white, 0, 1.4f});
-    scene.lamps.push_back({corner, across, along, Vector3f(3.1f, 2.95f, 2.7f)});
-  }
+  add_ceiling_lamp(scene, palette, 0.0f, 0.75f, {7.6f, 7.2f, 6.5f});
+  add_ceiling_lamp(scene, palette, -1.0f, -1.3f, {3.4f, 3.25f, 3.0f});
   const float y = kLeftWall_m - 0.01f;
   add_quad(scene, "window", {{{-2.2f, y, 1.3f}, {-0.6f, y, 1.3f}, {-0.6f, y, 0}, {-2.2f, y, 0}}},
            {palette.landscapes[0], 0, 1.5f});
-  scene.lamps.push_back({{-2.2f, y, 0}, {1.6f, 0, 0}, {0, 0, 1.3f}, {1.5f, 1.7f, 2.0f}});
+  scene.lamps.push_back({{-2.2f, y, 0}, {1.6f, 0, 0}, {0, 0, 1.3f}, {2.3f, 2.6f, 3.1f}});
 }
 
 struct Hanging {
@@ -101,6 +107,7 @@ void furnish_desk(Furnisher& things, const Palette& p, Random& random) {
   things.mug(spot(1.2f, -0.7f, 1.0));
   things.letter_card(spot(1.16f, -0.84f), 2);
   things.picture_box(spot(1.32f, 0.1f, 0.3), {0.1f, 0.1f, 0.1f}, p.abstracts[1]);
+  things.letter_card(spot(1.32f, 0.98f), 4);
 
   things.sheet("checkerboard", spot(0.98f, 0.78f, 0.5), 0.19f, 0.26f, p.checkerboard);
   things.sheet("page", spot(0.96f, 0.42f, 0.3), 0.297f, 0.21f, p.pages[0]);
@@ -120,6 +127,7 @@ void furnish_room(Furnisher& things, const Palette& p, Random& random) {
   things.carton(at(1.55f, 1.7f, kFloor_m + 0.42f, turn()), {0.4f, 0.42f, 0.32f});
   things.carton(at(1.5f, 2.3f, kFloor_m, turn()), {0.4f, 0.45f, 0.36f});
   things.plant(at(1.5f, 2.3f, kFloor_m + 0.36f), 0.6f);
+  things.letter_card(at(1.45f, 1.66f, kFloor_m + 0.74f, 0.4f), 5);
   things.picture_box(at(1.0f, 0.75f, kFloor_m), {0.5f, 0.4f, 0.5f}, p.shelf_wood);
 }
 

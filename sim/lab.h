@@ -21,7 +21,7 @@ constexpr float kLeftWall_m = 2.7f;
 constexpr float kRightWall_m = -2.9f;
 constexpr float kDeskTop_m = -0.30f;
 
-/// Builds, paints and lights the lab; about 1.5 s.
+/// Builds, paints and lights the lab; about 1 s.
 Scene make_lab(uint64_t seed);
 
 }  // namespace foresight::sim

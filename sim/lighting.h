@@ -7,7 +7,7 @@
 namespace foresight::sim {
 
 struct LightingParams {
-  float ambient = 0.30f;         // brightness of an open, white, upward-facing surface
+  float ambient = 0.24f;         // brightness of an open, white, upward-facing surface
   float ambient_reach_m = 0.6f;  // what is nearer than this takes ambient light away
   float gamma = 2.2f;            // picture level = light^(1/gamma)
 };

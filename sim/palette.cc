@@ -12,8 +12,9 @@ void paint_materials(uint64_t seed, Scene& scene, Palette& p) {
   const Rgb plasters[] = {{206, 200, 186}, {196, 204, 206}, {208, 196, 178}};
   const Rgb bricks[] = {{164, 112, 92}, {172, 140, 122}, {150, 104, 88}};
   p.white = add(paint_plaster(64, {236, 236, 234}, 1, random), true);
+  p.red = add(paint_plaster(64, {216, 42, 34}, 4, random), true);
   p.desk_wood = add(paint_wood(2048, 1024, {}, random), false);
-  p.shelf_wood = add(paint_wood(512, 512, {{176, 136, 92}, {112, 76, 46}, 2}, random), true);
+  p.shelf_wood = add(paint_wood(512, 512, {{186, 150, 106}, {136, 98, 62}, 1}, random), true);
   p.floor = add(paint_wood(1024, 1024, {{150, 112, 78}, {96, 68, 46}, 8}, random), true);
   p.dark_metal = add(paint_plaster(128, {72, 74, 78}, 8, random), true);
   p.dark_plastic = add(paint_plaster(128, {44, 45, 48}, 5, random), true);

@@ -15,10 +15,9 @@ namespace {
 using Eigen::Vector3f;
 using WorldFromCam = Pose<World, Cam>;
 
-constexpr int kPacket = 16;
 constexpr float kNear_m = 0.01f;
 constexpr double kGamma = 2.2;
-constexpr uint32_t kNoiseMask = (1 << 16) - 1;
+constexpr int kNoiseTable = 1 << 16;
 // Four places in a pixel (a rotated grid), for antialiasing.
 constexpr std::array<std::array<float, 2>, 4> kSubPixels = {
     {{-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}}};
@@ -54,51 +53,46 @@ std::vector<Packet> tile_packets(const CameraModel& model) {
   return packets;
 }
 
-// The eye and the turned rays of a packet, as Embree wants them.
+// Sends packets of viewing rays from one pose.
 class Casting {
  public:
   Casting(const RayTracer& tracer, const WorldFromCam& world_from_cam)
-      : tracer_(tracer),
-        rotation_(world_from_cam.rotation().toRotationMatrix().cast<float>()),
-        origin_(world_from_cam.translation().cast<float>()) {
+      : tracer_(tracer), rotation_(world_from_cam.rotation().toRotationMatrix().cast<float>()) {
+    seen_.origin = world_from_cam.translation().cast<float>();
     for (int i = 0; i < kPacket; ++i) {
-      rays_.ray.org_x[i] = origin_.x(), rays_.ray.org_y[i] = origin_.y();
-      rays_.ray.org_z[i] = origin_.z();
-      rays_.ray.tnear[i] = kNear_m, rays_.ray.time[i] = 0;
-      rays_.ray.mask[i] = ~0u, rays_.ray.id[i] = 0, rays_.ray.flags[i] = 0;
+      RTCRay16& ray = rays_.ray;
+      ray.org_x[i] = seen_.origin.x(), ray.org_y[i] = seen_.origin.y();
+      ray.org_z[i] = seen_.origin.z();
+      ray.tnear[i] = kNear_m, ray.time[i] = 0;
+      ray.mask[i] = ~0u, ray.id[i] = 0, ray.flags[i] = 0;
       rays_.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
   }
 
-  void cast(const Packet& packet) {
-    RTCRay16& ray = rays_.ray;
+  /// Valid until the next call.
+  const RayPacket& cast(const Packet& packet) {
     const Eigen::Matrix3f& r = rotation_;
     for (int i = 0; i < kPacket; ++i) {
       const float x = packet.x[i], y = packet.y[i];
-      ray.dir_x[i] = r(0, 0) * x + r(0, 1) * y + r(0, 2);
-      ray.dir_y[i] = r(1, 0) * x + r(1, 1) * y + r(1, 2);
-      ray.dir_z[i] = r(2, 0) * x + r(2, 1) * y + r(2, 2);
-      ray.tfar[i] = 1e9f;
+      seen_.x[i] = rays_.ray.dir_x[i] = r(0, 0) * x + r(0, 1) * y + r(0, 2);
+      seen_.y[i] = rays_.ray.dir_y[i] = r(1, 0) * x + r(1, 1) * y + r(1, 2);
+      seen_.z[i] = rays_.ray.dir_z[i] = r(2, 0) * x + r(2, 1) * y + r(2, 2);
+      rays_.ray.tfar[i] = 1e9f;
       rays_.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
       valid_[i] = i < packet.count ? -1 : 0;
     }
     tracer_.find_nearest(valid_.data(), &rays_);
+    for (int i = 0; i < kPacket; ++i) {
+      const bool met = rays_.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+      seen_.triangle[i] = met ? static_cast<int>(rays_.hit.primID[i]) : -1;
+    }
+    return seen_;
   }
-
-  /// The triangle that ray i of the last packet met, or −1.
-  int triangle(int i) const {
-    return rays_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? -1
-                                                          : static_cast<int>(rays_.hit.primID[i]);
-  }
-  Vector3f direction(int i) const {
-    return {rays_.ray.dir_x[i], rays_.ray.dir_y[i], rays_.ray.dir_z[i]};
-  }
-  const Vector3f& origin() const { return origin_; }
 
  private:
   const RayTracer& tracer_;
   Eigen::Matrix3f rotation_;
-  Vector3f origin_;
+  RayPacket seen_;
   alignas(64) RTCRayHit16 rays_{};
   alignas(64) std::array<int, kPacket> valid_{};
 };
@@ -113,11 +107,11 @@ class RayCamera::Impl {
         shader_(scene),
         tiles_(tile_packets(params.model)),
         pixel_count_(static_cast<size_t>(params.model.width_px) * params.model.height_px),
-        colours_(pixel_count_),
+        levels_(3 * pixel_count_),
         surfaces_(pixel_count_) {
     prepare_gains();
     Random random(1, "sensor noise");
-    noise_.resize(kNoiseMask + 1);
+    noise_.resize(kNoiseTable + 3 * static_cast<size_t>(params.model.width_px));
     for (float& value : noise_) {
       value = static_cast<float>(random.normal() * params.noise_levels);
     }
@@ -140,12 +134,9 @@ class RayCamera::Impl {
     depth.depth_m.assign(pixel_count_, 0);
     Casting casting(tracer_, world_from_cam);
     for (const Packet& packet : tiles_) {
-      casting.cast(packet);
+      const RayPacket& seen = casting.cast(packet);
       for (int i = 0; i < packet.count; ++i) {
-        const int triangle = casting.triangle(i);
-        if (triangle < 0) continue;
-        depth.depth_m[packet.pixel[i]] =
-            shader_.distance(triangle, casting.origin(), casting.direction(i));
+        if (seen.triangle[i] >= 0) depth.depth_m[packet.pixel[i]] = shader_.depth(seen, i);
       }
     }
     return depth;
@@ -158,13 +149,14 @@ class RayCamera::Impl {
   void prepare_gains() {
     const CameraModel& m = params_.model;
     const double corner2 = m.width_px * m.width_px / 4.0 + m.height_px * m.height_px / 4.0;
-    gains_.reserve(pixel_count_);
+    gains_.reserve(3 * pixel_count_);
     for (int y = 0; y < m.height_px; ++y) {
       for (int x = 0; x < m.width_px; ++x) {
         const double r2 = (Eigen::Vector2d(x, y) - Eigen::Vector2d(m.cx_px, m.cy_px)).squaredNorm();
         const double light =
             params_.exposure * (1 - params_.vignetting * std::min(r2 / corner2, 1.0));
-        gains_.push_back(static_cast<float>(std::pow(std::max(light, 0.0), 1 / kGamma)));
+        gains_.insert(gains_.end(), 3,
+                      static_cast<float>(std::pow(std::max(light, 0.0), 1 / kGamma)));
       }
     }
   }
@@ -178,19 +170,14 @@ class RayCamera::Impl {
     for (Packet packet : tiles_) {
       for (float& x : packet.x) x += shift_x;
       for (float& y : packet.y) y += shift_y;
-      casting.cast(packet);
+      const RayPacket& seen = casting.cast(packet);
+      shader_.shade(seen, pixel_width(), shades_);
       for (int i = 0; i < packet.count; ++i) {
-        const int triangle = casting.triangle(i), pixel = packet.pixel[i];
+        const int triangle = seen.triangle[i], pixel = packet.pixel[i];
         surfaces_[pixel] = triangle < 0 ? -1 : shader_.surface(triangle);
-        colours_[pixel] = colour(casting, i);
+        store(pixel, shades_[i]);
       }
     }
-  }
-
-  Colour colour(const Casting& casting, int i) const {
-    const int triangle = casting.triangle(i);
-    if (triangle < 0) return {};
-    return shader_.shade(triangle, casting.origin(), casting.direction(i), pixel_width());
   }
 
   // Whether the pixel sees another surface than one of its four neighbours.
@@ -223,54 +210,48 @@ class RayCamera::Impl {
 
   void flush(Casting& casting, Packet& packet) {
     if (packet.count == 0) return;
-    casting.cast(packet);
+    shader_.shade(casting.cast(packet), pixel_width(), shades_);
     for (int i = 0; i < packet.count; i += 4) {
       Colour sum;
       for (int j = i; j < i + 4; ++j) {
-        const Colour one = colour(casting, j);
+        const Colour& one = shades_[j];
         sum = {sum.red + one.red, sum.green + one.green, sum.blue + one.blue};
       }
-      colours_[packet.pixel[i]] = {sum.red / 4, sum.green / 4, sum.blue / 4};
+      store(packet.pixel[i], {sum.red / 4, sum.green / 4, sum.blue / 4});
     }
     packet.count = 0;
   }
 
   // Light adds up, picture levels do not: gamma is taken as 2 here (error < 1 level).
   void average(std::span<const WorldFromCam> poses) {
-    std::vector<Colour> sums(pixel_count_);
+    std::vector<float> sums(levels_.size());
     for (size_t k = 0; k < poses.size(); ++k) {
       const auto& shift = kSubPixels[k % kSubPixels.size()];
       trace_centres(poses[k], shift[0], shift[1]);
-      for (size_t i = 0; i < pixel_count_; ++i) {
-        const Colour& c = colours_[i];
-        sums[i].red += c.red * c.red;
-        sums[i].green += c.green * c.green;
-        sums[i].blue += c.blue * c.blue;
-      }
+      for (size_t i = 0; i < sums.size(); ++i) sums[i] += levels_[i] * levels_[i];
     }
     const float share = 1.0f / static_cast<float>(poses.size());
-    for (size_t i = 0; i < pixel_count_; ++i) {
-      colours_[i] = {std::sqrt(share * sums[i].red), std::sqrt(share * sums[i].green),
-                     std::sqrt(share * sums[i].blue)};
-    }
+    for (size_t i = 0; i < sums.size(); ++i) levels_[i] = std::sqrt(share * sums[i]);
   }
 
-  // Gain, noise, rounding.
+  void store(int pixel, const Colour& colour) {
+    float* level = &levels_[3 * static_cast<size_t>(pixel)];
+    level[0] = colour.red, level[1] = colour.green, level[2] = colour.blue;
+  }
+
+  // Gain, noise, rounding. Each row takes its noise from a random place of the table.
   Image develop(uint64_t frame_seed) const {
     Image image{params_.model.width_px, params_.model.height_px, 3, {}};
     image.bytes.resize(3 * pixel_count_);
     Random random(frame_seed, "frame");
-    for (int y = 0; y < image.height_px; ++y) {
-      const size_t row = static_cast<size_t>(y) * image.width_px;
-      uint32_t draw = static_cast<uint32_t>(random.next());
-      for (size_t i = row; i < row + image.width_px; ++i) {
-        const Colour& c = colours_[i];
-        const float levels[3] = {c.red, c.green, c.blue};
-        for (size_t channel = 0; channel < 3; ++channel) {
-          const float level = levels[channel] * gains_[i] + noise_[draw++ & kNoiseMask];
-          image.bytes[3 * i + channel] =
-              static_cast<uint8_t>(std::clamp(level, 0.0f, 255.0f) + 0.5f);
-        }
+    const size_t row_bytes = 3 * static_cast<size_t>(image.width_px);
+    for (size_t row = 0; row < image.bytes.size(); row += row_bytes) {
+      const float* noise = &noise_[random.below(kNoiseTable)];
+      const float* level = &levels_[row];
+      for (size_t i = 0; i < row_bytes; ++i) {
+        const float exposed = level[i] * gains_[row + i] + noise[i];
+        image.bytes[row + i] =
+            static_cast<uint8_t>(std::min(std::max(exposed, 0.0f), 255.0f) + 0.5f);
       }
     }
     return image;
@@ -281,10 +262,11 @@ class RayCamera::Impl {
   Shader shader_;
   std::vector<Packet> tiles_;
   size_t pixel_count_;
-  std::vector<float> gains_;
-  std::vector<float> noise_;
-  std::vector<Colour> colours_;
+  std::vector<float> gains_;   // per pixel and channel
+  std::vector<float> noise_;   // a table
+  std::vector<float> levels_;  // per pixel and channel
   std::vector<int> surfaces_;
+  std::array<Colour, kPacket> shades_;
 };
 
 RayCamera::RayCamera(const Scene& scene, const RayCameraParams& params)

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cstdio>
 #include <map>
 
@@ -14,48 +15,74 @@ using foresight::sim::Trajectory;
 
 namespace {
 
+const std::map<std::string, Trajectory::Kind> kTrajectories = {
+    {"desk", Trajectory::Kind::kDesk},
+    {"rotation", Trajectory::Kind::kRotation},
+    {"static", Trajectory::Kind::kStatic},
+    {"return", Trajectory::Kind::kReturn}};
+const std::map<std::string, Antialiasing> kAntialiasing = {
+    {"none", Antialiasing::kNone}, {"edges", Antialiasing::kEdges}, {"full", Antialiasing::kFull}};
+
 struct Options {
   std::string folder;
   SequenceParams params;
+  std::string trajectory = "desk", antialiasing = "edges";
   bool no_depth = false;
+
+  SequenceParams parsed() const {
+    SequenceParams result = params;
+    result.trajectory = kTrajectories.at(trajectory);
+    result.antialiasing = kAntialiasing.at(antialiasing);
+    if (no_depth) result.depth_every = 0;
+    return result;
+  }
 };
 
+// A number within limits; unlike CLI::Range it refuses NaN.
+CLI::Validator within(double low, double high) {
+  return CLI::Validator(
+      [low, high](std::string& text) {
+        double value = 0;
+        const char* end = text.data() + text.size();
+        const auto [read_to, error] = std::from_chars(text.data(), end, value);
+        const bool good = error == std::errc() && read_to == end && value >= low && value <= high;
+        return good ? std::string()
+                    : text + " is not in [" + CLI::detail::to_string(low) + ", " +
+                          CLI::detail::to_string(high) + "]";
+      },
+      "NUMBER");
+}
+
 void declare(CLI::App& app, Options& o) {
-  const std::map<std::string, Trajectory::Kind> trajectories = {
-      {"desk", Trajectory::Kind::kDesk},
-      {"rotation", Trajectory::Kind::kRotation},
-      {"static", Trajectory::Kind::kStatic},
-      {"return", Trajectory::Kind::kReturn}};
-  const std::map<std::string, Antialiasing> antialiasing = {{"none", Antialiasing::kNone},
-                                                            {"edges", Antialiasing::kEdges},
-                                                            {"full", Antialiasing::kFull}};
   app.add_option("OUTPUT_FOLDER", o.folder, "made if missing; files in it are replaced")
       ->required();
-  app.add_option("--seed", o.params.seed, "of lab, trajectory and noise")->capture_default_str();
+  app.add_option("--seed", o.params.seed, "of lab, trajectory and noise")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--seconds", o.params.duration_s, "length")
-      ->check(CLI::Range(0.01, 3600.0))
+      ->check(within(0.01, 3600.0))
       ->capture_default_str();
   app.add_option("--fps", o.params.rate_hz, "pictures per second")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(within(0.1, 1000.0))
       ->capture_default_str();
   app.add_option("--width", o.params.width_px, "pixels; the height is 3/4 of it")
-      ->check(CLI::Range(64, 4096))
+      ->check(within(64, 4096))
       ->capture_default_str();
-  app.add_option("--trajectory", o.params.trajectory, "desk, rotation, static or return")
-      ->transform(CLI::CheckedTransformer(trajectories))
-      ->default_str("desk");
+  app.add_option("--trajectory", o.trajectory, "how the camera moves")
+      ->check(CLI::IsMember(&kTrajectories))
+      ->capture_default_str();
   app.add_option("--noise", o.params.noise_levels, "standard deviation in 8-bit levels")
-      ->check(CLI::Range(0.0, 64.0))
+      ->check(within(0.0, 64.0))
       ->capture_default_str();
   app.add_flag("--distortion", o.params.distorted, "a lens with barrel distortion");
   app.add_option("--shutter", o.params.shutter_s, "exposure time in seconds; > 0 blurs")
-      ->check(CLI::Range(0.0, 0.1))
+      ->check(within(0.0, 0.1))
       ->capture_default_str();
-  app.add_option("--antialiasing", o.params.antialiasing, "none, edges or full")
-      ->transform(CLI::CheckedTransformer(antialiasing))
-      ->default_str("edges");
+  app.add_option("--antialiasing", o.antialiasing, "where pixels get four rays instead of one")
+      ->check(CLI::IsMember(&kAntialiasing))
+      ->capture_default_str();
   app.add_option("--depth-every", o.params.depth_every, "frames between depth images")
-      ->check(CLI::Range(1, 1000000))
+      ->check(within(1, 1000000))
       ->capture_default_str();
   app.add_flag("--no-depth", o.no_depth, "no depth images");
   app.add_flag("--mesh", o.params.with_mesh, "write mesh_true.ply");
@@ -86,9 +113,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "sim-sequence: %s (see --help)\n", error.what());
     return foresight::kExitUsage;
   }
-  if (options.no_depth) options.params.depth_every = 0;
   try {
-    foresight::sim::write_sequence(options.folder, options.params, show_progress);
+    foresight::sim::write_sequence(options.folder, options.parsed(), show_progress);
   } catch (const foresight::StartupError& error) {
     std::fprintf(stderr, "sim-sequence: %s\n", error.what());
     return error.code();

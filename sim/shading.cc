@@ -7,6 +7,30 @@ namespace foresight::sim {
 
 using Eigen::Vector3f;
 
+namespace {
+
+// Bilinear, at (x, y) in texels within the map.
+FixedColour sample_light(const TextureLevel& map, float x, float y) {
+  const int x_fixed = static_cast<int>(x * 256), y_fixed = static_cast<int>(y * 256);
+  const int x0 = x_fixed >> 8, y0 = y_fixed >> 8;
+  return blend_texels(map, x0, std::min(x0 + 1, map.width - 1), y0,
+                      std::min(y0 + 1, map.height - 1), static_cast<uint32_t>(x_fixed & 255),
+                      static_cast<uint32_t>(y_fixed & 255));
+}
+
+Colour lit(const FixedColour& paint, const FixedColour& light) {
+  constexpr float kScale = kLightMapRange / 255 / 256 / 256;
+  const auto product = [](uint32_t a, uint32_t b) {
+    return kScale * static_cast<float>(static_cast<int>(a)) *
+           static_cast<float>(static_cast<int>(b));
+  };
+  return {product(paint.red_and_blue & 0xFFFF, light.red_and_blue & 0xFFFF),
+          product(paint.green, light.green),
+          product(paint.red_and_blue >> 16, light.red_and_blue >> 16)};
+}
+
+}  // namespace
+
 Shader::Shader(const Scene& scene) {
   facets_.reserve(scene.triangles.size());
   for (const Triangle& triangle : scene.triangles) facets_.push_back(facet_of(scene, triangle));
@@ -51,38 +75,61 @@ Shader::Facet Shader::facet_of(const Scene& scene, const Triangle& triangle) {
   return facet;
 }
 
-Colour Shader::shade(int triangle, const Vector3f& origin, const Vector3f& direction,
-                     float pixel_width) const {
-  const Facet& facet = facets_[triangle];
+Shader::Coordinates Shader::locate(const Facet& facet, const RayPacket& rays) {
+  Coordinates c;
+  const Vector3f& o = rays.origin;
+  const Vector3f& n = facet.normal;
+  const float height = facet.plane_offset - n.dot(o);
+  const float last_x = static_cast<float>(facet.light->width - 1);
+  const float last_y = static_cast<float>(facet.light->height - 1);
+  for (int i = 0; i < kPacket; ++i) {
+    const float dx = rays.x[i], dy = rays.y[i], dz = rays.z[i];
+    const float distance = height / (n.x() * dx + n.y() * dy + n.z() * dz);
+    const float x = o.x() + distance * dx, y = o.y() + distance * dy, z = o.z() + distance * dz;
+    c.distance[i] = distance;
+    c.u[i] = facet.texture_u.at(x, y, z);
+    c.v[i] = facet.texture_v.at(x, y, z);
+    c.light_x[i] = std::min(std::max(facet.light_x.at(x, y, z), 0.0f), last_x);
+    c.light_y[i] = std::min(std::max(facet.light_y.at(x, y, z), 0.0f), last_y);
+  }
+  return c;
+}
+
+// A pixel covers `width` across and width/cosine along the slope; the texture is filtered for the
+// geometric mean of both, a compromise between blur and aliasing.
+TextureFilter Shader::filter_for(const Facet& facet, const RayPacket& rays, int ray, float distance,
+                                 float pixel_width) {
+  const Vector3f direction(rays.x[ray], rays.y[ray], rays.z[ray]);
   const float along = facet.normal.dot(direction);
-  const float distance = (facet.plane_offset - facet.normal.dot(origin)) / along;
-  const Vector3f point = origin + distance * direction;
-
-  // A pixel covers `width` across and width/cosine along the slope; the texture is filtered for
-  // the geometric mean of both, a compromise between blur and aliasing.
-  const float width = distance * pixel_width * facet.texels_per_m;
   const float cosine_squared = along * along / direction.squaredNorm();
-  const float footprint = width / std::sqrt(std::sqrt(std::max(cosine_squared, 1e-3f)));
-  const FixedColour paint =
-      sample_texture(*facet.texture, facet.texture_u(point), facet.texture_v(point), footprint);
+  const float width = distance * pixel_width * facet.texels_per_m;
+  return texture_filter(*facet.texture,
+                        width / std::sqrt(std::sqrt(std::max(cosine_squared, 1e-3f))));
+}
 
-  const TextureLevel& map = *facet.light;
-  const float x = std::clamp(facet.light_x(point), 0.0f, static_cast<float>(map.width - 1));
-  const float y = std::clamp(facet.light_y(point), 0.0f, static_cast<float>(map.height - 1));
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-  const FixedColour light =
-      blend_texels(map, x0, std::min(x0 + 1, map.width - 1), y0, std::min(y0 + 1, map.height - 1),
-                   static_cast<uint32_t>((x - static_cast<float>(x0)) * 256),
-                   static_cast<uint32_t>((y - static_cast<float>(y0)) * 256));
+float Shader::depth(const RayPacket& rays, int ray) const {
+  const Facet& facet = facets_[rays.triangle[ray]];
+  const Vector3f direction(rays.x[ray], rays.y[ray], rays.z[ray]);
+  return (facet.plane_offset - facet.normal.dot(rays.origin)) / facet.normal.dot(direction);
+}
 
-  constexpr float kScale = kLightMapRange / 255 / 256 / 256;
-  const auto product = [](uint32_t a, uint32_t b) {
-    return kScale * static_cast<float>(static_cast<int>(a)) *
-           static_cast<float>(static_cast<int>(b));
-  };
-  return {product(paint.red_and_blue & 0xFFFF, light.red_and_blue & 0xFFFF),
-          product(paint.green, light.green),
-          product(paint.red_and_blue >> 16, light.red_and_blue >> 16)};
+void Shader::shade(const RayPacket& rays, float pixel_width,
+                   std::array<Colour, kPacket>& colours) const {
+  colours.fill({});
+  std::array<int, kPacket> left = rays.triangle;  // −1 once done
+  for (int first = 0; first < kPacket; ++first) {
+    const int triangle = left[first];
+    if (triangle < 0) continue;
+    const Facet& facet = facets_[triangle];
+    const Coordinates c = locate(facet, rays);
+    const TextureFilter filter = filter_for(facet, rays, first, c.distance[first], pixel_width);
+    for (int i = first; i < kPacket; ++i) {
+      if (left[i] != triangle) continue;
+      left[i] = -1;
+      const FixedColour paint = sample_texture(*facet.texture, filter, c.u[i], c.v[i]);
+      colours[i] = lit(paint, sample_light(*facet.light, c.light_x[i], c.light_y[i]));
+    }
+  }
 }
 
 }  // namespace foresight::sim

@@ -47,15 +47,11 @@ inline FixedColour blend_texels(const TextureLevel& level, int x0, int x1, int y
               w11 * ((d >> 8) & kGreen)};
 }
 
-inline int floor_to_int(float x) {
-  const int truncated = static_cast<int>(x);
-  return truncated - (x < static_cast<float>(truncated) ? 1 : 0);
-}
-
 /// Bilinear sample of one level.
 inline FixedColour sample_level(const TextureLevel& level, bool tiled, float u, float v) {
-  const int x = floor_to_int(u * static_cast<float>(256 * level.width)) - 128;
-  const int y = floor_to_int(v * static_cast<float>(256 * level.height)) - 128;
+  // In 1/256 texels, where truncation instead of rounding does not matter.
+  const int x = static_cast<int>(u * static_cast<float>(256 * level.width)) - 128;
+  const int y = static_cast<int>(v * static_cast<float>(256 * level.height)) - 128;
   int x0 = x >> 8, y0 = y >> 8, x1 = x0 + 1, y1 = y0 + 1;
   if (tiled) {
     const int mask_x = level.width - 1, mask_y = level.height - 1;
@@ -69,7 +65,31 @@ inline FixedColour sample_level(const TextureLevel& level, bool tiled, float u, 
                       static_cast<uint32_t>(y & 255));
 }
 
-/// Trilinear sample; `footprint_texels` is the width on the texture that one pixel covers.
-FixedColour sample_texture(const Texture& texture, float u, float v, float footprint_texels);
+/// The two mip levels to mix, and how.
+struct TextureFilter {
+  int level = 0;
+  uint32_t weight_of_next = 0;  // of 256
+};
+/// For pixels that cover `footprint_texels` of the first level.
+TextureFilter texture_filter(const Texture& texture, float footprint_texels);
+
+inline FixedColour mix(const FixedColour& a, const FixedColour& b, uint32_t weight_of_b) {
+  const uint32_t weight_of_a = 256 - weight_of_b;
+  constexpr uint32_t kLow = 0xFFFF;
+  const uint32_t red =
+      ((a.red_and_blue & kLow) * weight_of_a + (b.red_and_blue & kLow) * weight_of_b) >> 8;
+  const uint32_t blue =
+      ((a.red_and_blue >> 16) * weight_of_a + (b.red_and_blue >> 16) * weight_of_b) >> 8;
+  return {red | blue << 16, (a.green * weight_of_a + b.green * weight_of_b) >> 8};
+}
+
+/// Trilinear sample.
+inline FixedColour sample_texture(const Texture& texture, const TextureFilter& filter, float u,
+                                  float v) {
+  const FixedColour fine = sample_level(texture.levels[filter.level], texture.tiled, u, v);
+  if (filter.weight_of_next == 0) return fine;
+  return mix(fine, sample_level(texture.levels[filter.level + 1], texture.tiled, u, v),
+             filter.weight_of_next);
+}
 
 }  // namespace foresight::sim

@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 constexpr double kEaseIn_s = 1.5;       // from rest to full pace
 constexpr double kCheckedSpan_s = 120;  // over which the limits are checked
 constexpr double kMargin = 0.95;
+constexpr double kReturnPeriod_s = 14;  // at full pace
 
 // Camera at a point that looks at another, the horizon level.
 Pose<World, Cam> looking(const Vector3d& from, const Vector3d& at) {
@@ -67,9 +68,9 @@ double Trajectory::safe_pace() const {
 Pose<World, Cam> Trajectory::pose_at_phase(double phase_s) const {
   double t = phase_s;
   if (kind_ == Kind::kReturn) {
-    // Out along the path and back along it.
-    t = 0.5 * kReturnPeriod_s / std::numbers::pi *
-        (1 - std::cos(2 * std::numbers::pi * phase_s / kReturnPeriod_s)) / 2;
+    // Out along the path and back along it, at the full speed in between.
+    constexpr double kRate_rad_per_s = 2 * std::numbers::pi / kReturnPeriod_s;
+    t = (1 - std::cos(kRate_rad_per_s * phase_s)) / kRate_rad_per_s;
   }
   Vector3d from = start_in_world_, target = target_in_world_;
   for (int axis = 0; axis < 3; ++axis) {
@@ -89,6 +90,10 @@ double Trajectory::phase_at(double t_s) const {
 
 Pose<World, Cam> Trajectory::at(Duration since_start) const {
   return pose_at_phase(phase_at(since_start.seconds()));
+}
+
+Duration Trajectory::time_of_return(int count) const {
+  return seconds(kReturnPeriod_s * count / pace_ + kEaseIn_s / 2);
 }
 
 }  // namespace foresight::sim

@@ -23,13 +23,14 @@ class Trajectory {
     kDesk,      // sweeps along the desk; begins with sideways translation, good to start a map
     kRotation,  // turns on the spot, no translation
     kStatic,    // stands still
-    kReturn,    // goes along the desk and comes back to the start, exactly, every kReturnPeriod_s
+    kReturn,    // goes along the desk and comes back to its start, again and again
   };
-  static constexpr double kReturnPeriod_s = 12;
 
   Trajectory(Kind kind, uint64_t seed);
 
   Pose<World, Cam> at(Duration since_start) const;
+  /// When kReturn is back at its start for the count-th time (count ≥ 1).
+  Duration time_of_return(int count) const;
 
  private:
   // amplitude · sin(rate · t + phase), minus its value at t = 0.

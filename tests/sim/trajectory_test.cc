@@ -1,0 +1,91 @@
+#include "sim/trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "sim/lab.h"
+
+namespace foresight::sim {
+namespace {
+
+using Kind = Trajectory::Kind;
+constexpr Kind kAll[] = {Kind::kDesk, Kind::kRotation, Kind::kStatic, Kind::kReturn};
+constexpr Duration kStep = milliseconds(10);
+
+TEST(Trajectory, StaysWithinTheSpeedLimits) {
+  for (const Kind kind : kAll) {
+    for (uint64_t seed = 0; seed < 20; ++seed) {
+      const Trajectory trajectory(kind, seed);
+      Pose<World, Cam> last = trajectory.at({});
+      for (Duration t = kStep; t < seconds(60); t = t + kStep) {
+        const Pose<World, Cam> now = trajectory.at(t);
+        const double moved_m = (now.translation() - last.translation()).norm();
+        const double turned_rad = now.rotation().angularDistance(last.rotation());
+        ASSERT_LE(moved_m / kStep.seconds(), kMaxSpeed_m_per_s) << seed << " at " << t.seconds();
+        ASSERT_LE(turned_rad / kStep.seconds(), kMaxTurn_rad_per_s) << seed;
+        last = now;
+      }
+    }
+  }
+}
+
+TEST(Trajectory, StaysInTheFreeSpaceBeforeTheDesk) {
+  for (const Kind kind : kAll) {
+    for (uint64_t seed = 0; seed < 20; ++seed) {
+      const Trajectory trajectory(kind, seed);
+      for (Duration t; t < seconds(60); t = t + milliseconds(100)) {
+        const Pose<World, Cam> world_from_cam = trajectory.at(t);
+        const Eigen::Vector3d at = world_from_cam.translation();
+        ASSERT_LT(at.x(), 0.65);  // the desk's edge is at 0.75 m
+        ASSERT_LT(at.head<2>().norm(), 1.0);
+        ASSERT_GT(at.z(), kDeskTop_m + 0.3);
+        // Looks at the desk's side of the room, upright.
+        ASSERT_GT((world_from_cam.rotation() * Eigen::Vector3d::UnitZ()).x(), 0.5);
+        ASSERT_LT((world_from_cam.rotation() * Eigen::Vector3d::UnitY()).z(), -0.7);
+      }
+    }
+  }
+}
+
+TEST(Trajectory, StartsFromRestAndMovesSideways) {
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    const Trajectory trajectory(Kind::kDesk, seed);
+    const Pose<Cam, World> cam_from_world = trajectory.at({}).inverse();
+    const Eigen::Vector3d soon = cam_from_world * trajectory.at(milliseconds(100)).translation();
+    EXPECT_LT(soon.norm(), 1e-3);
+    const Eigen::Vector3d later = cam_from_world * trajectory.at(seconds(2.5)).translation();
+    EXPECT_GT(std::abs(later.x()), 0.15);  // a baseline to start a map on
+    EXPECT_GT(std::abs(later.x()), 2 * std::abs(later.z()));
+  }
+}
+
+TEST(Trajectory, KindsDoWhatTheySay) {
+  const Trajectory still(Kind::kStatic, 3), turning(Kind::kRotation, 3),
+      returning(Kind::kReturn, 3);
+  double turned_rad = 0, away_m = 0;
+  for (Duration t; t < seconds(10); t = t + milliseconds(50)) {
+    EXPECT_EQ(still.at(t).matrix(), still.at({}).matrix());
+    EXPECT_EQ(turning.at(t).translation(), turning.at({}).translation());
+    turned_rad =
+        std::max(turned_rad, turning.at(t).rotation().angularDistance(turning.at({}).rotation()));
+    away_m =
+        std::max(away_m, (returning.at(t).translation() - returning.at({}).translation()).norm());
+  }
+  EXPECT_GT(turned_rad, 0.4);
+  EXPECT_GT(away_m, 0.3);
+  for (const int count : {1, 2, 3}) {
+    const Pose<World, Cam> back = returning.at(returning.time_of_return(count));
+    EXPECT_LT((back.translation() - returning.at({}).translation()).norm(), 1e-6);
+    EXPECT_LT(back.rotation().angularDistance(returning.at({}).rotation()), 1e-6);
+  }
+}
+
+TEST(Trajectory, DependsOnTheSeedAlone) {
+  const Trajectory one(Kind::kDesk, 1), again(Kind::kDesk, 1), other(Kind::kDesk, 2);
+  EXPECT_EQ(one.at(seconds(7)).matrix(), again.at(seconds(7)).matrix());
+  EXPECT_NE(one.at(seconds(7)).matrix(), other.at(seconds(7)).matrix());
+}
+
+}  // namespace
+}  // namespace foresight::sim
