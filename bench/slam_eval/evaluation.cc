@@ -69,6 +69,13 @@ void score(const Sequence& sequence, Evaluation* e) {
   e->ate_rmse_m = std::sqrt(squared / static_cast<double>(in_map.size()));
 }
 
+// The delta after an image that became a keyframe names it: its newest new keyframe.
+void note_keyframe(const MapDelta& delta, Time time, std::map<int32_t, Time>* times) {
+  for (auto k = delta.keyframes_set.rbegin(); k != delta.keyframes_set.rend(); ++k) {
+    if (times->empty() || k->id > times->rbegin()->first) (*times)[k->id] = time;
+  }
+}
+
 }  // namespace
 
 Similarity<World, Map> align_umeyama(const std::vector<Eigen::Vector3d>& points_in_map,
@@ -92,11 +99,12 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   e.sequence = sequence.name;
   Slam slam(sequence.camera, options);
   std::vector<double> track_ms, job_ms;
+  std::map<int32_t, Time> keyframe_times;
   const size_t begin = std::min(static_cast<size_t>(range.start), sequence.images.size());
   const size_t end = range.frames < 0 ? sequence.images.size()
                                       : std::min(begin + static_cast<size_t>(range.frames),
                                                  sequence.images.size());
-  for (size_t i = begin; i < end; ++i) {
+  for (size_t i = begin; i < end; i += static_cast<size_t>(range.step)) {
     const SequenceImage& entry = sequence.images[i];
     const cv::Mat image = cv::imread(entry.path, cv::IMREAD_GRAYSCALE);
     if (image.empty()) throw UnavailableError(entry.path + ": cannot be read as an image");
@@ -118,7 +126,8 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
       slam.apply(Slam::run(std::move(*job)));
       job_ms.push_back(cpu_ms() - job_start_ms);
     }
-    (void)slam.take_delta();
+    const MapDelta delta = slam.take_delta();
+    if (r.is_keyframe) note_keyframe(delta, entry.time, &keyframe_times);
   }
   e.tracked_fraction = static_cast<double>(e.placed.size()) / std::max(1, e.frames);
   e.track_ms_median = quantile(track_ms, 0.5);
@@ -129,6 +138,13 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   e.statistics = slam.statistics();
   e.peak_mb = peak_mb();
   score(sequence, &e);
+  if (range.depth_scale > 0) {
+    std::map<Time, Pose<Map, Cam>> live_poses;
+    for (const PlacedImage& p : e.placed) {
+      if (p.epoch == slam.epoch()) live_poses[p.time] = p.map_from_cam;
+    }
+    e.depth = check_depth(sequence, slam.snapshot(), keyframe_times, live_poses, range.depth_scale);
+  }
   return e;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/slam_eval/depth_check.h"
 #include "bench/slam_eval/sequence.h"
 #include "common/frames.h"
 #include "procs/slam/slam.h"
@@ -32,6 +33,7 @@ struct Evaluation {
   double job_ms_median = 0, job_ms_max = 0;
   int jobs = 0;
   SlamStatistics statistics;
+  DepthCheck depth;
   double peak_mb = 0;
   std::vector<Eigen::Vector3d> truth_path, estimated_path;  // aligned, m
 };
@@ -42,7 +44,9 @@ Similarity<World, Map> align_umeyama(const std::vector<Eigen::Vector3d>& points_
 struct EvaluationRange {
   int start = 0;
   int frames = -1;  // all
+  int step = 1;     // every so many images: a faster camera
   bool verbose = false;
+  double depth_scale = 0;  // metres per unit of registered depth images; 0: no check
 };
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
                     const EvaluationRange& range);

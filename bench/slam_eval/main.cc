@@ -1,11 +1,13 @@
-// slam-eval SEQUENCE_DIR… [--json FILE] [--plot FILE.png] [--start N] [--frames N] [--verbose]
-// Scores the SLAM core on image sequences in TUM RGB-D layout; see evaluation.h.
+// slam-eval SEQUENCE_DIR… [--json FILE] [--plot FILE.png] [--start N] [--frames N] [--step N]
+// [--depth-scale M] [--verbose] Scores the SLAM core on image sequences in TUM RGB-D layout; see
+// evaluation.h.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <vector>
 
 #include "bench/slam_eval/evaluation.h"
+#include "bench/slam_eval/option_override.h"
 #include "bench/slam_eval/plot.h"
 #include "common/errors.h"
 
@@ -24,6 +26,12 @@ void print(const Evaluation& e) {
       100 * e.ate_rmse_m, 100 * e.ate_max_m, e.wrong_by_10_cm, e.track_ms_median, e.track_ms_p95,
       e.jobs, e.job_ms_median, e.job_ms_max, e.peak_mb, s.keyframes, s.points, s.published_points,
       s.losses, s.relocalisations, s.restarts);
+  if (e.depth.compared == 0) return;
+  std::printf(
+      "             depth of %d points: median error %.2f %%, %.1f %% within 5 %%, %.1f %% "
+      "float more than 10 %% in front\n",
+      e.depth.compared, e.depth.median_error_percent, 100 * e.depth.within_5_percent,
+      100 * e.depth.in_front_10_percent);
 }
 
 void write_json(const std::vector<Evaluation>& evaluations, const std::string& path) {
@@ -51,17 +59,24 @@ int run(int argc, char** argv) {
   std::vector<std::string> folders;
   std::string json, plot;
   EvaluationRange range;
+  std::vector<std::string> overrides;
   app.add_option("sequence", folders, "folders with rgb.txt, camera.yaml, groundtruth.txt")
       ->required();
   app.add_option("--json", json, "write the numbers to this file");
   app.add_option("--plot", plot, "draw the (last) trajectory and the truth to this image file");
   app.add_option("--start", range.start, "first image");
   app.add_option("--frames", range.frames, "number of images; −1: all");
+  app.add_option("--step", range.step, "take every so many images")->check(CLI::PositiveNumber);
+  app.add_option("--depth-scale", range.depth_scale,
+                 "check points against registered depth images; metres per unit");
   app.add_flag("--verbose", range.verbose, "one line per image");
+  app.add_option("--set", overrides, "option=value, see procs/slam/slam_options.h");
   CLI11_PARSE(app, argc, argv);
+  SlamOptions options;
+  for (const std::string& o : overrides) override_option(o, &options);
   std::vector<Evaluation> evaluations;
   for (const std::string& folder : folders) {
-    evaluations.push_back(evaluate(load_sequence(folder), SlamOptions{}, range));
+    evaluations.push_back(evaluate(load_sequence(folder), options, range));
     print(evaluations.back());
     if (!plot.empty()) plot_trajectory(evaluations.back(), plot);
   }

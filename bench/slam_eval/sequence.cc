@@ -24,6 +24,19 @@ std::vector<std::string> data_lines(const std::string& path) {
 
 Time from_seconds(double s) { return Time{} + seconds(s); }
 
+std::vector<SequenceImage> load_list(const std::filesystem::path& root, const char* name) {
+  std::vector<SequenceImage> images;
+  for (const std::string& line : data_lines((root / name).string())) {
+    std::istringstream fields(line);
+    double stamp_s;
+    std::string file;
+    if (fields >> stamp_s >> file) {
+      images.push_back({from_seconds(stamp_s), (root / file).string()});
+    }
+  }
+  return images;
+}
+
 }  // namespace
 
 std::optional<Pose<World, Cam>> Sequence::truth_at(Time time) const {
@@ -45,14 +58,8 @@ Sequence load_sequence(const std::string& folder) {
   const std::filesystem::path root = std::filesystem::weakly_canonical(folder);
   sequence.name = root.filename().string();
   sequence.camera = load_camera_file((root / "camera.yaml").string());
-  for (const std::string& line : data_lines((root / "rgb.txt").string())) {
-    std::istringstream fields(line);
-    double stamp_s;
-    std::string file;
-    if (fields >> stamp_s >> file) {
-      sequence.images.push_back({from_seconds(stamp_s), (root / file).string()});
-    }
-  }
+  sequence.images = load_list(root, "rgb.txt");
+  sequence.depth_images = load_list(root, "depth.txt");
   if (sequence.images.empty()) {
     throw UnavailableError((root / "rgb.txt").string() + ": no images ('seconds file' per line)");
   }

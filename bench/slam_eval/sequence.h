@@ -25,7 +25,8 @@ struct Sequence {
   std::string name;
   CameraModel camera;
   std::vector<SequenceImage> images;
-  std::vector<TimedPose> truth;  // may be empty
+  std::vector<SequenceImage> depth_images;  // may be empty
+  std::vector<TimedPose> truth;             // may be empty
 
   /// Interpolated; empty outside the truth or in a gap of more than 0.1 s.
   std::optional<Pose<World, Cam>> truth_at(Time time) const;

@@ -96,8 +96,8 @@ ceres::Solver::Options solver_options(const BundleProblem& problem) {
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = problem.max_iterations;
   options.num_threads = 1;
-  options.function_tolerance = 1e-4;
-  options.parameter_tolerance = 1e-7;
+  options.function_tolerance = 1e-6;
+  options.parameter_tolerance = 1e-8;
   options.logging_type = ceres::SILENT;
   return options;
 }

@@ -262,6 +262,7 @@ BundleProblem Mapper::bundle_problem(const SlamMap& map) const {
 
   BundleProblem problem;
   problem.max_iterations = options_.bundle_iterations;
+  problem.outlier_px = options_.bundle_outlier_px;
   std::map<int32_t, int32_t> index;
   for (const int32_t id : window) {
     // Without fixed neighbours the oldest two hold position and (nearly) scale.
@@ -330,7 +331,10 @@ void Mapper::remove_outliers(const BundleProblem& problem, const BundleSolution&
     const Point* point = map->point(point_id);
     if (point == nullptr) continue;
     map->remove_observation(point_id, keyframe_id);
-    if (keyframe_id == point->source.keyframe_id || point->observations.size() < 2) {
+    map->count_outlier(point_id);
+    const size_t left = point->observations.size();
+    if (keyframe_id == point->source.keyframe_id || left < 2 ||
+        static_cast<size_t>(3 * point->outlier_count) > left + point->outlier_count) {
       doomed.insert(point_id);
     }
   }

@@ -1,7 +1,8 @@
 #include "procs/slam/slam.h"
 
-#include <opencv2/core.hpp>
+#include <cstdio>
 #include <utility>
+#include <vector>
 
 #include "procs/slam/bundle_adjustment.h"
 #include "procs/slam/delta_stream.h"
@@ -65,6 +66,7 @@ class Slam::Impl {
   bool good_enough(const TrackingAttempt& attempt) const;
   bool good_to_relocalise(const TrackingAttempt& attempt) const;
   TrackingAttempt attempt(const Frame& frame, const Pose<Map, Cam>& pose, SearchWidth width) const;
+  TrackingAttempt best_attempt(const Frame& frame, const std::vector<Pose<Map, Cam>>& poses) const;
   void accept(const Frame& frame, const TrackingAttempt& attempt, TrackingResult* result);
   void report(const TrackingAttempt& attempt, TrackingResult* result) const;
   void count_found(const TrackingAttempt& attempt);
@@ -194,29 +196,44 @@ void Slam::Impl::follow(const Frame& frame, TrackingResult* result) {
                    std::to_string(result->points_predicted) + " points";
 }
 
-void Slam::Impl::search_again(const Frame& frame, TrackingResult* result) {
-  std::vector<Pose<Map, Cam>> poses = {
-      motion_.predict(frame.time, frame.thumbnail, map_.newest_keyframe().median_depth)};
-  for (const Pose<Map, Cam>& pose : relocalizer_.similar_views(map_, frame.thumbnail)) {
-    poses.push_back(pose);
-  }
+TrackingAttempt Slam::Impl::best_attempt(const Frame& frame,
+                                         const std::vector<Pose<Map, Cam>>& poses) const {
   TrackingAttempt best;
   for (const Pose<Map, Cam>& pose : poses) {
     TrackingAttempt tried = attempt(frame, pose, SearchWidth::kWide);
     if (tried.quality >= best.quality) best = std::move(tried);
     if (good_to_relocalise(best)) break;
   }
+  return best;
+}
+
+void Slam::Impl::search_again(const Frame& frame, TrackingResult* result) {
+  std::vector<Pose<Map, Cam>> poses = {
+      motion_.predict(frame.time, frame.thumbnail, map_.newest_keyframe().median_depth)};
+  for (const Pose<Map, Cam>& pose : relocalizer_.similar_views(map_, frame.thumbnail)) {
+    poses.push_back(pose);
+  }
+  TrackingAttempt best = best_attempt(frame, poses);
+  if (!good_to_relocalise(best)) {
+    TrackingAttempt matched =
+        best_attempt(frame, relocalizer_.matched_views(map_, frame.pyramid, frame.thumbnail));
+    if (matched.quality > best.quality) best = std::move(matched);
+  }
   report(best, result);
   if (good_to_relocalise(best)) {
     state_ = TrackingState::kTracking;
     ++counters_.relocalisations;
     result->relocalised = true;
+    relocalizer_.restart();
     motion_.forget();
     accept(frame, best, result);
     return;
   }
   const double lost_s = (frame.time - lost_since_).seconds();
-  result->reason = "lost for " + std::to_string(lost_s) + " s";
+  char text[80];
+  std::snprintf(text, sizeof text, "lost for %.1f s; found %d of %d points", lost_s,
+                result->points_found, result->points_predicted);
+  result->reason = text;
   if (lost_s > options_.restart_after_s &&
       map_.keyframes().size() <= static_cast<size_t>(options_.tiny_map_keyframes)) {
     reset("lost a tiny map");
@@ -252,6 +269,7 @@ void Slam::Impl::reset(const std::string& reason) {
   deltas_ = slam::DeltaStream(camera_, options_);
   initializer_.restart();
   motion_ = slam::MotionModel(camera_);
+  relocalizer_ = slam::Relocalizer(camera_);
   state_ = TrackingState::kInitialising;
   good_frames_ = 0;
   bundle_wanted_ = false;

@@ -107,6 +107,8 @@ void SlamMap::count_prediction(int32_t point_id, bool found) {
   if (found) ++point.found_count;
 }
 
+void SlamMap::count_outlier(int32_t point_id) { ++point_ref(point_id).outlier_count; }
+
 void SlamMap::confirm_point(int32_t id) {
   point_ref(id).confirmed = true;
   touched_.points.insert(id);

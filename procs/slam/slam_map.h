@@ -41,6 +41,7 @@ struct Point {
   int32_t born_keyframe_id = 0;           // newest keyframe when it was made
   int32_t predicted_count = 0;            // images it was searched for in
   int32_t found_count = 0;                // and found
+  int32_t outlier_count = 0;              // observations that bundle adjustment threw out
   bool confirmed = false;                 // ended its probation well: receivers know it
 
   /// Probability of finding it, from its history.
@@ -75,6 +76,7 @@ class SlamMap {
   /// Replaces the observation of the same keyframe, if there is one.
   void add_observation(int32_t point_id, const Observation& observation);
   void remove_observation(int32_t point_id, int32_t keyframe_id);
+  void count_outlier(int32_t point_id);
   void count_prediction(int32_t point_id, bool found);
   void confirm_point(int32_t id);
 

@@ -18,7 +18,7 @@ struct SlamOptions {
   double max_reprojection_error_px = 2.5;  // of an inlier, at the pyramid level of the search
 
   // --- keyframes
-  double keyframe_baseline = 0.06;    // distance to the nearest keyframe, in median depths
+  double keyframe_baseline = 0.035;   // distance to the nearest keyframe, in median depths
   double keyframe_min_overlap = 0.7;  // of the reference keyframe's points still in view
   double keyframe_min_interval_s = 0.1;
   int seeds_per_keyframe = 350;  // corners whose depth is searched for
@@ -33,7 +33,8 @@ struct SlamOptions {
   // --- bundle adjustment
   int bundle_keyframes = 10;  // adjusted; those that share points with them are held fixed
   int bundle_max_fixed = 20;  // of these at most
-  int bundle_iterations = 8;
+  int bundle_iterations = 20;
+  double bundle_outlier_px = 2.5;  // observations off by more (at their level) are thrown out
 
   // --- deltas
   double delta_threshold_px = 0.5;  // smaller moves, as seen in the image, are not sent again

@@ -143,8 +143,9 @@ TrackingAttempt track_points(const CameraModel& camera, const SlamMap& map,
   }
   std::sort(attempt.inliers.begin(), attempt.inliers.end(),
             [](const PointMatch& a, const PointMatch& b) { return a.point_id < b.point_id; });
-  attempt.quality =
-      std::min(1.0, static_cast<double>(attempt.inliers.size()) / std::max(1.0, fine.expected));
+  const auto found = static_cast<double>(attempt.inliers.size());
+  attempt.quality = std::min(1.0, found / std::max(1.0, fine.expected)) *
+                    std::min(1.0, found / options.min_found_points);
   return attempt;
 }
 

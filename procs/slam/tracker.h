@@ -21,8 +21,9 @@ struct TrackingAttempt {
   Pose<Map, Cam> map_from_cam;
   std::vector<int32_t> searched;    // points looked for in the fine search
   std::vector<PointMatch> inliers;  // sorted by point id
-  double quality = 0;               // inliers / expected from each point's history, at most 1
-  double sigma_px = 0;              // of the reprojection errors
+  /// Inliers / expected from each point's history, at most 1; less if there are very few.
+  double quality = 0;
+  double sigma_px = 0;  // of the reprojection errors
 };
 
 TrackingAttempt track_points(const CameraModel& camera, const SlamMap& map,

@@ -1,0 +1,115 @@
+#include "bench/slam_eval/depth_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
+
+namespace foresight {
+namespace {
+
+constexpr double kMaxApart_s = 0.5;
+constexpr int kPatchRadius_px = 4;
+
+int32_t nearest_keyframe(const std::map<int32_t, Time>& times, Time time) {
+  int32_t best = -1;
+  double best_s = kMaxApart_s;
+  for (const auto& [id, t] : times) {
+    const double apart_s = std::abs((t - time).seconds());
+    if (apart_s <= best_s) {
+      best_s = apart_s;
+      best = id;
+    }
+  }
+  return best;
+}
+
+// A point and the depths measured around it, as far as its patch reached: a corner on a silhouette
+// has the depth of the object in front, but may lie a few pixels outside of it.
+struct Compared {
+  double depth_mu;
+  std::vector<double> measured_m;
+};
+
+std::vector<double> depths_around(const cv::Mat& depth, const Eigen::Vector2d& pixel,
+                                  double depth_scale) {
+  std::vector<double> depths;
+  for (int dv = -kPatchRadius_px; dv <= kPatchRadius_px; ++dv) {
+    for (int du = -kPatchRadius_px; du <= kPatchRadius_px; ++du) {
+      const int u = static_cast<int>(std::lround(pixel.x())) + du;
+      const int v = static_cast<int>(std::lround(pixel.y())) + dv;
+      const uint16_t raw = depth.at<uint16_t>(v, u);
+      if (raw != 0 && raw != 65535) depths.push_back(raw * depth_scale);
+    }
+  }
+  return depths;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Relative error, the best over the pixels: corners lie on edges.
+double relative_error(const Compared& c, double scale) {
+  double best = 1e9;
+  for (const double d : c.measured_m) {
+    const double error = scale * c.depth_mu / d - 1;
+    if (std::abs(error) < std::abs(best)) best = error;
+  }
+  return best;
+}
+
+DepthCheck summarise(const std::vector<Compared>& compared) {
+  DepthCheck check;
+  check.compared = static_cast<int>(compared.size());
+  if (compared.empty()) return check;
+  std::vector<double> ratios, errors;
+  for (const Compared& c : compared) ratios.push_back(median(c.measured_m) / c.depth_mu);
+  const double scale = median(ratios);
+  for (const Compared& c : compared) {
+    const double error = relative_error(c, scale);
+    if (std::abs(error) < 0.05) ++check.within_5_percent;
+    if (error < -0.1) ++check.in_front_10_percent;
+    errors.push_back(std::abs(error));
+  }
+  check.within_5_percent /= static_cast<double>(errors.size());
+  check.in_front_10_percent /= static_cast<double>(errors.size());
+  check.median_error_percent = 100 * median(errors);
+  return check;
+}
+
+}  // namespace
+
+DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
+                       const std::map<int32_t, Time>& keyframe_times,
+                       const std::map<Time, Pose<Map, Cam>>& live_poses, double depth_scale) {
+  std::map<int32_t, Eigen::Vector3d> point_in_map;
+  for (const MapPoint& p : snapshot.points_set) {
+    point_in_map[p.id] = p.position_in_map.cast<double>();
+  }
+  std::map<int32_t, std::vector<int32_t>> seen_by;
+  for (const MapObservation& o : snapshot.observations_added) {
+    seen_by[o.keyframe_id].push_back(o.point_id);
+  }
+  std::vector<Compared> compared;
+  for (const SequenceImage& entry : sequence.depth_images) {
+    const auto live = live_poses.find(entry.time);
+    const int32_t keyframe = nearest_keyframe(keyframe_times, entry.time);
+    if (live == live_poses.end() || keyframe < 0) continue;
+    const cv::Mat depth = cv::imread(entry.path, cv::IMREAD_UNCHANGED);
+    if (depth.empty() || depth.type() != CV_16UC1) continue;
+    const Pose<Cam, Map> cam_from_map = live->second.inverse();
+    for (const int32_t id : seen_by[keyframe]) {
+      const Eigen::Vector3d p = cam_from_map * point_in_map.at(id);
+      if (p.z() <= 0 || !sequence.camera.in_image(sequence.camera.project(p), kPatchRadius_px + 1))
+        continue;
+      Compared c{p.z(), depths_around(depth, sequence.camera.project(p), depth_scale)};
+      if (!c.measured_m.empty()) compared.push_back(std::move(c));
+    }
+  }
+  return summarise(compared);
+}
+
+}  // namespace foresight

@@ -1,0 +1,28 @@
+// How true are the map's points? Each depth image is compared with the points that the keyframe
+// nearest in time observes, seen from the live pose of that image. One scale for the whole sequence
+// (the median of true by estimated depth) makes them comparable; true poses are not needed.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "bench/slam_eval/sequence.h"
+#include "common/frames.h"
+#include "common/map_delta.h"
+
+namespace foresight {
+
+struct DepthCheck {
+  int compared = 0;
+  double within_5_percent = 0;      // share of the compared
+  double in_front_10_percent = 0;   // share: floats in free space; ruins a carved model
+  double median_error_percent = 0;  // absolute, of depth
+};
+
+/// `depth_scale`: metres per unit of the depth images. Only meaningful if they are registered to
+/// the colour images.
+DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
+                       const std::map<int32_t, Time>& keyframe_times,
+                       const std::map<Time, Pose<Map, Cam>>& live_poses, double depth_scale);
+
+}  // namespace foresight
