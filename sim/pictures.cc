@@ -127,7 +127,7 @@ cv::Mat paint_whiteboard(int width, int height, Random& random) {
     }
   }
   for (int i = 0; i < 5; ++i) {
-    cv::putText(image, "x" + std::to_string(i) + " = K [R t] X",
+    cv::putText(image, std::string("x").append(std::to_string(i)).append(" = K [R t] X"),
                 {width / 20 + random.below(width * 3 / 5), height * (i + 1) / 6},
                 cv::FONT_HERSHEY_SCRIPT_SIMPLEX, width / 900.0, inks[random.below(4)], 2,
                 cv::LINE_AA);
