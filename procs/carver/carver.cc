@@ -1,0 +1,145 @@
+#include "procs/carver/carver.h"
+
+#include <algorithm>
+
+#include "procs/carver/carver_impl.h"
+
+namespace foresight {
+
+Carver::Carver(const CarverOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Carver::~Carver() = default;
+Carver::Carver(Carver&&) noexcept = default;
+Carver& Carver::operator=(Carver&&) noexcept = default;
+
+CarvingDelta Carver::apply(const MapDelta& delta) { return impl_->apply(delta); }
+CarvingDelta Carver::snapshot() const { return impl_->snapshot(); }
+void Carver::reset() { impl_ = std::make_unique<Impl>(impl_->options); }
+CarverStatistics Carver::statistics() const { return impl_->collect_statistics(); }
+std::string Carver::validate() const { return impl_->validate(); }
+
+CarvingDelta Carver::Impl::apply(const MapDelta& delta) {
+  map.stage(delta);
+  tracer.start_delta();
+  cells_replaced = 0;
+  const RebuildReason reason = rebuild_reason();
+  return reason == RebuildReason::kNever ? update() : rebuild(reason);
+}
+
+RebuildReason Carver::Impl::rebuild_reason() const {
+  if (!delaunay.built()) return RebuildReason::kFirstBuild;
+  if (!staged_fits_hull()) return RebuildReason::kHullOutgrown;
+  return update_is_dearer() ? RebuildReason::kManyChanges : RebuildReason::kNever;
+}
+
+bool Carver::Impl::staged_fits_hull() const {
+  for (const int32_t point : map.staged.attached) {
+    const carving::PointRecord& record = map.points[static_cast<size_t>(point)];
+    if (record.alive && !hull.holds(record.position)) return false;
+  }
+  return std::all_of(map.keyframes.begin(), map.keyframes.end(), [&](const auto& keyframe) {
+    return !keyframe.alive || keyframe.start.cell >= 0 || hull.holds(keyframe.centre);
+  });
+}
+
+// Estimates in microseconds, measured on the carving sequences (docs/algorithms/carving.md).
+bool Carver::Impl::update_is_dearer() const {
+  constexpr double kRemoval = 75.0, kInsertion = 10.0, kBuiltVertex = 8.0, kRay = 1.1;
+  constexpr double kRaysPerChange = 60.0;
+  const auto rays = static_cast<double>(map.live_rays);
+  const auto removals = static_cast<double>(map.staged.detached.size());
+  const auto insertions = static_cast<double>(map.staged.attached.size());
+  const auto walks = static_cast<double>(map.staged.retired.size() + map.staged.issued.size());
+  const double retraced = std::min(rays, kRaysPerChange * (removals + insertions));
+  const double update = kRemoval * removals + kInsertion * insertions + kRay * (walks + retraced);
+  const double anew = kBuiltVertex * static_cast<double>(map.live_points) + kRay * rays;
+  return update > options.rebuild_cost_ratio * anew;
+}
+
+CarvingDelta Carver::Impl::update() {
+  tracer.erase(map.staged.retired);
+  vertices.update(map.staged);
+  const carving::TriangulationChange& change = delaunay.commit();
+  tracer.relocate();
+  tracer.retrace(change);
+  tracer.prune();
+  tracer.trace(map.staged.issued);
+  CarvingDelta delta = net_delta(change);
+  finish();
+  return delta;
+}
+
+// None only before the first build: later, a map of a single position keeps the cube's size.
+std::optional<carving::Hull> Carver::Impl::choose_hull() const {
+  const carving::Extent extent = map.extent();
+  std::optional<carving::Hull> chosen = fit_hull(extent, options);
+  if (!chosen && delaunay.built()) {
+    chosen = hull;
+    if (!extent.empty) chosen->centre = extent.low;
+  }
+  return chosen;
+}
+
+CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
+  using carving::CellState;
+  const std::optional<carving::Hull> chosen = choose_hull();
+  if (!chosen) {
+    map.postpone();
+    return {};
+  }
+  const CarvingDelta before = snapshot();
+  hull = *chosen;
+  vertices.rebuild(hull.corners());
+  tracer.reset();
+  for (auto& keyframe : map.keyframes) keyframe.start = carving::Feature{};
+  std::vector<int32_t> rays;
+  for (size_t ray = 0; ray < map.rays.size(); ++ray) {
+    carving::RayState& state = map.rays[ray].state;
+    if (state == carving::RayState::kTraced) state = carving::RayState::kNew;
+    if (state == carving::RayState::kNew) rays.push_back(static_cast<int32_t>(ray));
+  }
+  map.staged.issued = std::move(rays);
+  tracer.relocate();
+  tracer.trace(map.staged.issued);
+  tracer.lists().report_all();
+  finish();
+  ++rebuilds;
+  last_rebuild = reason;
+  cells_replaced = static_cast<int64_t>(before.cells_added.size());
+  return replacement(before, snapshot());
+}
+
+void Carver::Impl::finish() {
+  vertices.finish();
+  delaunay.finish();
+  map.finish();
+}
+
+CarverStatistics Carver::Impl::collect_statistics() const {
+  CarverStatistics s;
+  s.points = map.live_points;
+  s.vertices = vertices.live();
+  s.keyframes = map.live_keyframes;
+  s.constraints = map.live_rays;
+  const auto& lists = tracer.lists();
+  const auto& states = delaunay.complex().states;
+  for (size_t cell = 0; cell < states.size(); ++cell) {
+    if (states[cell] != carving::CellState::kKept) continue;
+    const int64_t count = lists.size(static_cast<int32_t>(cell));
+    ++s.cells;
+    s.carved_cells += count > 0;
+    s.max_constraints_in_cell = std::max(s.max_constraints_in_cell, count);
+  }
+  s.ray_cell_pairs = lists.pairs();
+  s.memory_bytes =
+      static_cast<int64_t>(map.memory_bytes() + delaunay.memory_bytes() + lists.memory_bytes());
+  s.ignored_inputs = map.ignored;
+  s.rebuilds = rebuilds;
+  s.last_rebuild = last_rebuild;
+  s.hull_half_size_mu = hull.half_size;
+  s.cells_replaced = cells_replaced;
+  s.runs_retraced = tracer.runs();
+  s.constraints_traced = tracer.traced();
+  return s;
+}
+
+}  // namespace foresight

@@ -1,0 +1,53 @@
+// The parts of a Carver; shared by carver.cc (what happens), carver_emit.cc (what is sent) and
+// validate.cc.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procs/carver/carver.h"
+#include "procs/carver/delaunay.h"
+#include "procs/carver/hull.h"
+#include "procs/carver/map_state.h"
+#include "procs/carver/tracer.h"
+#include "procs/carver/vertex_register.h"
+
+namespace foresight {
+
+struct Carver::Impl {
+  explicit Impl(const CarverOptions& o)
+      : options(o),
+        map(o.max_coordinate_mu),
+        vertices(map, delaunay),
+        tracer(map, delaunay.complex(), o.max_constraints_per_cell) {}
+
+  CarvingDelta apply(const MapDelta& delta);
+  CarvingDelta snapshot() const;
+  CarverStatistics collect_statistics() const;
+  std::string validate() const;
+
+  RebuildReason rebuild_reason() const;
+  bool update_is_dearer() const;
+  bool staged_fits_hull() const;
+  CarvingDelta update();
+  CarvingDelta rebuild(RebuildReason reason);
+  CarvingDelta net_delta(const carving::TriangulationChange& change);
+  static CarvingDelta replacement(const CarvingDelta& before, CarvingDelta after);
+  CarvingVertex vertex_message(int32_t vertex) const;
+  CarvingCell cell_message(int32_t cell) const;
+  std::optional<carving::Hull> choose_hull() const;
+  void finish();
+
+  CarverOptions options;
+  carving::MapState map;
+  carving::Delaunay delaunay;
+  carving::VertexRegister vertices;
+  carving::Tracer tracer;
+  carving::Hull hull;
+  int64_t rebuilds = 0;
+  RebuildReason last_rebuild = RebuildReason::kNever;
+  int64_t cells_replaced = 0;
+};
+
+}  // namespace foresight

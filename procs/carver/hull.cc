@@ -1,0 +1,55 @@
+#include "procs/carver/hull.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace foresight::carving {
+
+void Extent::add(const Point3& point) {
+  for (size_t i = 0; i < 3; ++i) {
+    low[i] = empty ? point[i] : std::min(low[i], point[i]);
+    high[i] = empty ? point[i] : std::max(high[i], point[i]);
+  }
+  empty = false;
+}
+
+bool Hull::holds(const Point3& point) const {
+  for (size_t i = 0; i < 3; ++i) {
+    if (!(std::abs(point[i] - centre[i]) < limit)) return false;
+  }
+  return true;
+}
+
+std::array<Point3, 8> Hull::corners() const {
+  std::array<Point3, 8> result{};
+  for (size_t n = 0; n < 8; ++n) {
+    for (size_t i = 0; i < 3; ++i) {
+      const double sign = (n >> i & 1) != 0 ? 1.0 : -1.0;
+      result[n][i] = static_cast<double>(static_cast<float>(centre[i] + sign * half_size));
+    }
+  }
+  return result;
+}
+
+std::optional<Hull> fit_hull(const Extent& extent, const CarverOptions& options) {
+  if (extent.empty) return std::nullopt;
+  if (options.hull_half_size_mu > 0.0) {
+    const Hull fixed{{}, options.hull_half_size_mu, options.hull_half_size_mu};
+    if (fixed.holds(extent.low) && fixed.holds(extent.high)) return fixed;
+  }
+  Hull hull;
+  double half_extent = 0.0;
+  double magnitude = 0.0;
+  for (size_t i = 0; i < 3; ++i) {
+    hull.centre[i] = 0.5 * (extent.low[i] + extent.high[i]);
+    half_extent = std::max(half_extent, 0.5 * (extent.high[i] - extent.low[i]));
+    magnitude = std::max({magnitude, std::abs(extent.low[i]), std::abs(extent.high[i])});
+  }
+  if (half_extent == 0.0) return std::nullopt;
+  // Corners are floats: keep the cube much larger than a float's step at this distance.
+  hull.half_size = std::max(options.hull_extent_factor * half_extent, 1e-3 * magnitude);
+  hull.limit = std::max(options.hull_use_limit * hull.half_size, 1.01 * half_extent);
+  return hull;
+}
+
+}  // namespace foresight::carving

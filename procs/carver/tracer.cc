@@ -1,0 +1,224 @@
+#include "procs/carver/tracer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace foresight::carving {
+
+void Tracer::reset() {
+  lists_.reset();
+  crossed_.clear();
+  grazing_.clear();
+  for (RayRecord& ray : map_.rays) ray.grazing = false;
+  last_start_ = 0;
+}
+
+void Tracer::start_delta() {
+  ++stamp_;
+  runs_ = 0;
+  traced_ = 0;
+}
+
+const Feature& Tracer::aim(int32_t ray) {
+  const RayRecord& record = ray_at(ray);
+  const KeyframeRecord& keyframe = map_.keyframes[static_cast<size_t>(record.keyframe)];
+  walker_.aim(keyframe.centre, map_.points[static_cast<size_t>(record.point)].vertex);
+  return keyframe.start;
+}
+
+void Tracer::erase(const std::vector<RetiredRay>& retired) {
+  for (const RetiredRay& ray : retired) {
+    walker_.aim(ray.from, ray.vertex);
+    walker_.trace(ray.start, [&](int32_t cell, uint32_t) {
+      crossed_.push_back(cell);
+      return true;
+    });
+  }
+  std::sort(crossed_.begin(), crossed_.end());
+  crossed_.erase(std::unique(crossed_.begin(), crossed_.end()), crossed_.end());
+}
+
+void Tracer::prune() {
+  for (const int32_t cell : crossed_) {
+    if (state_of(cell) != CellState::kKept) continue;
+    lists_.filter(
+        cell, [&](uint32_t entry) { return ray_at(entry_ray(entry)).state == RayState::kRetired; });
+  }
+  crossed_.clear();
+}
+
+void Tracer::relocate() {
+  lists_.resize(complex_.cells.size());
+  for (KeyframeRecord& keyframe : map_.keyframes) {
+    if (!keyframe.alive) continue;
+    const int32_t cell = keyframe.start.cell;
+    if (cell >= 0 && state_of(cell) != CellState::kDestroyed) continue;
+    const auto usable = [&](int32_t id) {
+      return id >= 0 && static_cast<size_t>(id) < complex_.cells.size() &&
+             (state_of(id) == CellState::kKept || state_of(id) == CellState::kNew);
+    };
+    while (!usable(last_start_)) {
+      last_start_ =
+          static_cast<int32_t>((static_cast<size_t>(last_start_) + 1) % complex_.cells.size());
+    }
+    keyframe.start = locate(complex_, keyframe.centre, last_start_);
+    last_start_ = keyframe.start.cell;
+  }
+}
+
+void Tracer::retrace(const TriangulationChange& change) {
+  spoiled_ = false;
+  for (size_t n = 0; n < change.destroyed.size(); ++n) {
+    retrace_cell(change.destroyed[n], change.entries[n]);
+  }
+  if (!change.destroyed.empty()) queue_grazing();
+  retrace_whole(change);
+  for (const int32_t cell : change.destroyed) lists_.release(cell);
+}
+
+// Takes up each ray where it enters the changed region.
+void Tracer::retrace_cell(int32_t destroyed, const std::array<RegionEntry, 4>& entries) {
+  for (const uint32_t entry : lists_.entries(destroyed)) {
+    const int32_t ray = entry_ray(entry);
+    const uint32_t code = entry_code(entry);
+    if (ray_at(ray).state != RayState::kTraced) continue;
+    if (limit_ > 0 || ray_at(ray).degenerate || code == kEntryOther) {
+      queue_whole(ray);
+      continue;
+    }
+    if (code == kEntryStart) {
+      retrace_start(ray);
+      continue;
+    }
+    const RegionEntry& resume = entries[code];
+    if (resume.cell < 0) continue;
+    ++runs_;
+    aim(ray);
+    const WalkEnd end =
+        walker_.walk_from_facet(resume.cell, resume.facet, [&](int32_t cell, uint32_t facet) {
+          if (state_of(cell) != CellState::kNew) return false;
+          lists_.push(cell, make_entry(ray, facet));
+          return true;
+        });
+    if (end == WalkEnd::kDegenerate) {
+      spoiled_ = true;
+      queue_whole(ray);
+    }
+  }
+}
+
+void Tracer::retrace_start(int32_t ray) {
+  ++runs_;
+  const Feature& start = aim(ray);
+  const bool degenerate = walker_.trace(start, [&](int32_t cell, uint32_t code) {
+    if (state_of(cell) != CellState::kNew) return false;
+    lists_.push(cell, make_entry(ray, code));
+    return true;
+  });
+  if (!degenerate) return;
+  spoiled_ = true;
+  queue_whole(ray);
+}
+
+void Tracer::queue_whole(int32_t ray) {
+  RayRecord& record = ray_at(ray);
+  record.degenerate = limit_ == 0;
+  if (record.stamp == stamp_) return;
+  record.stamp = stamp_;
+  whole_.push_back(ray);
+}
+
+// Where a ray runs inside a facet or along an edge no cell lists it, so the destruction of the
+// cells around goes unnoticed: such rays (rare outside lattices) are traced again with every
+// change.
+void Tracer::queue_grazing() {
+  std::erase_if(grazing_, [&](int32_t ray) {
+    return !ray_at(ray).grazing || ray_at(ray).state != RayState::kTraced;
+  });
+  for (const int32_t ray : grazing_) queue_whole(ray);
+}
+
+template <class Visit>
+void Tracer::trace_whole(int32_t ray, Visit&& visit) {
+  ++traced_;
+  const Feature start = aim(ray);
+  RayRecord& record = ray_at(ray);
+  record.degenerate = walker_.trace(start, visit);
+  if (walker_.grazed() && !record.grazing) grazing_.push_back(ray);
+  record.grazing = walker_.grazed();
+}
+
+// Degenerate rays (and all, when lists are bounded) are traced from the camera on, but added to new
+// cells only. What their runs have added before the degeneracy showed is taken out first.
+void Tracer::retrace_whole(const TriangulationChange& change) {
+  if (spoiled_) {
+    for (const int32_t cell : change.created) {
+      lists_.filter(cell, [&](uint32_t entry) { return ray_at(entry_ray(entry)).degenerate; });
+    }
+  }
+  for (const int32_t ray : whole_) {
+    trace_whole(ray, [&](int32_t cell, uint32_t code) {
+      if (state_of(cell) == CellState::kNew) add(cell, ray, code);
+      return true;
+    });
+  }
+  whole_.clear();
+}
+
+void Tracer::trace(const std::vector<int32_t>& rays) {
+  for (const int32_t ray : rays) {
+    if (ray_at(ray).state != RayState::kNew) continue;
+    trace_whole(ray, [&](int32_t cell, uint32_t code) {
+      add(cell, ray, code);
+      return true;
+    });
+  }
+}
+
+inline void Tracer::add(int32_t cell, int32_t ray, uint32_t code) {
+  if (limit_ == 0 || lists_.size(cell) < limit_) {
+    lists_.push(cell, make_entry(ray, code));
+  } else {
+    add_dissimilar(cell, ray, code);
+  }
+}
+
+Point3 Tracer::direction(int32_t ray) const {
+  const RayRecord& record = map_.rays[static_cast<size_t>(ray)];
+  const Point3& from = map_.keyframes[static_cast<size_t>(record.keyframe)].centre;
+  const Point3& to = map_.points[static_cast<size_t>(record.point)].position;
+  Point3 d{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+  const double length = std::hypot(d[0], d[1], d[2]);
+  for (double& x : d) x /= length;
+  return d;
+}
+
+// Of the K kept constraints and the new one, the closest pair in direction loses a member: the one
+// that is closer to any third constraint.
+void Tracer::add_dissimilar(int32_t cell, int32_t ray, uint32_t code) {
+  std::vector<Point3> directions;
+  for (const uint32_t entry : lists_.entries(cell))
+    directions.push_back(direction(entry_ray(entry)));
+  directions.push_back(direction(ray));
+  const size_t count = directions.size();
+  const auto distance = [&](size_t a, size_t b) {
+    return std::hypot(directions[a][0] - directions[b][0], directions[a][1] - directions[b][1],
+                      directions[a][2] - directions[b][2]);
+  };
+  size_t first = 0, second = 1;
+  for (size_t a = 0; a < count; ++a) {
+    for (size_t b = a + 1; b < count; ++b) {
+      if (distance(a, b) < distance(first, second)) first = a, second = b;
+    }
+  }
+  double near_first = 4.0, near_second = 4.0;
+  for (size_t n = 0; n < count; ++n) {
+    if (n == first || n == second) continue;
+    near_first = std::min(near_first, distance(n, first));
+    near_second = std::min(near_second, distance(n, second));
+  }
+  const size_t loser = near_first < near_second ? first : second;
+  if (loser + 1 != count) lists_.replace(cell, loser, make_entry(ray, code));
+}
+
+}  // namespace foresight::carving

@@ -1,0 +1,70 @@
+// Keeps the cells' constraint lists equal to "the rays that cross the cell's interior" while the
+// triangulation and the rays change. The steps of one delta, in this order:
+//
+//   erase(retired)     old complex: find the cells that retired rays cross
+//   …                  the triangulation changes
+//   relocate()         cameras whose cell is gone
+//   retrace(change)    rays of destroyed cells, inside the new cells only
+//   prune()            take retired rays out of the surviving cells found by `erase`
+//   trace(rays)        new rays
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "procs/carver/constraint_lists.h"
+#include "procs/carver/delaunay.h"
+#include "procs/carver/map_state.h"
+#include "procs/carver/segment_walker.h"
+
+namespace foresight::carving {
+
+class Tracer {
+ public:
+  Tracer(MapState& map, const CellComplex& complex, int max_constraints_per_cell)
+      : map_(map),
+        complex_(complex),
+        walker_(complex),
+        limit_(static_cast<uint32_t>(std::max(0, max_constraints_per_cell))) {}
+
+  void reset();
+  void erase(const std::vector<RetiredRay>& retired);
+  void relocate();
+  void retrace(const TriangulationChange& change);
+  void prune();
+  void trace(const std::vector<int32_t>& rays);
+
+  ConstraintLists& lists() { return lists_; }
+  const ConstraintLists& lists() const { return lists_; }
+  int64_t runs() const { return runs_; }  // of the last delta
+  int64_t traced() const { return traced_; }
+  void start_delta();
+
+ private:
+  RayRecord& ray_at(int32_t ray) { return map_.rays[static_cast<size_t>(ray)]; }
+  CellState state_of(int32_t cell) const { return complex_.states[static_cast<size_t>(cell)]; }
+  const Feature& aim(int32_t ray);
+  void retrace_cell(int32_t destroyed, const std::array<RegionEntry, 4>& entries);
+  void retrace_start(int32_t ray);
+  void queue_whole(int32_t ray);
+  void queue_grazing();
+  template <class Visit>
+  void trace_whole(int32_t ray, Visit&& visit);
+  void retrace_whole(const TriangulationChange& change);
+  void add(int32_t cell, int32_t ray, uint32_t code);
+  void add_dissimilar(int32_t cell, int32_t ray, uint32_t code);
+  Point3 direction(int32_t ray) const;
+
+  MapState& map_;
+  const CellComplex& complex_;
+  SegmentWalker walker_;
+  ConstraintLists lists_;
+  uint32_t limit_;
+  uint32_t stamp_ = 0;
+  int32_t last_start_ = 0;  // a cell near the cameras, to start searches from
+  bool spoiled_ = false;    // a run met a degeneracy: its ray is traced again as a whole
+  std::vector<int32_t> whole_, crossed_, grazing_;
+  int64_t runs_ = 0, traced_ = 0;
+};
+
+}  // namespace foresight::carving

@@ -1,0 +1,93 @@
+#include "tests/carver/brute_force.h"
+
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_vertex_base_with_info_3.h>
+
+#include <algorithm>
+#include <tuple>
+
+namespace foresight::carver_test {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Rational = CGAL::Exact_predicates_exact_constructions_kernel::FT;  // lazy, exact
+using Triangulation = CGAL::Delaunay_triangulation_3<
+    Kernel, CGAL::Triangulation_data_structure_3<
+                CGAL::Triangulation_vertex_base_with_info_3<int32_t, Kernel>>>;
+
+struct Segment {
+  Point from, to;
+};
+
+// Twelve times the signed height of `p` over the plane abc times its area, exactly.
+Rational height(const Point& a, const Point& b, const Point& c, const Point& p) {
+  std::array<std::array<Rational, 3>, 3> m;
+  const std::array<const Point*, 3> others{&b, &c, &p};
+  for (size_t r = 0; r < 3; ++r) {
+    for (int i = 0; i < 3; ++i) {
+      m[r][static_cast<size_t>(i)] = Rational((*others[r])[i]) - Rational(a[i]);
+    }
+  }
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+         m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+// Is there a t in (0, 1) with from + t (to − from) strictly inside all four facets?
+bool crosses(const std::array<Point, 4>& cell, const Segment& segment) {
+  Rational low(0), high(1);
+  for (size_t i = 0; i < 4; ++i) {
+    const Point &a = cell[(i + 1) % 4], &b = cell[(i + 2) % 4], &c = cell[(i + 3) % 4];
+    const auto inside = CGAL::orientation(a, b, c, cell[i]);
+    const bool from_out = CGAL::orientation(a, b, c, segment.from) != inside;
+    const bool to_out = CGAL::orientation(a, b, c, segment.to) != inside;
+    if (from_out && to_out) return false;
+    if (!from_out && !to_out) continue;
+    const Rational at_from = height(a, b, c, segment.from);
+    const Rational t = at_from / (at_from - height(a, b, c, segment.to));
+    if (from_out && low < t) low = t;
+    if (to_out && t < high) high = t;
+  }
+  return low < high;
+}
+
+Point to_point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+}  // namespace
+
+Carving carve_by_brute_force(const MapModel& map,
+                             const std::map<int32_t, Eigen::Vector3f>& vertices) {
+  Triangulation triangulation;
+  const auto insert = [&](int32_t id, const Eigen::Vector3f& position) {
+    const size_t before = triangulation.number_of_vertices();
+    const auto vertex = triangulation.insert(to_point(position.cast<double>()));
+    if (triangulation.number_of_vertices() > before) vertex->info() = id;
+  };
+  // Ascending ids: the smallest of coincident points names the vertex.
+  for (int32_t id = -8; id < 0; ++id) insert(id, vertices.at(id));
+  for (const auto& [id, position] : map.points) insert(id, position);
+  std::vector<Segment> segments;
+  for (const MapObservation& seen : map.observations) {
+    segments.push_back({to_point(map.cameras.at(seen.keyframe_id)),
+                        to_point(map.points.at(seen.point_id).cast<double>())});
+  }
+  Carving carving;
+  for (const auto cell : triangulation.finite_cell_handles()) {
+    std::array<int32_t, 4> key{};
+    std::array<Point, 4> corners;
+    for (size_t i = 0; i < 4; ++i) {
+      key[i] = cell->vertex(static_cast<int>(i))->info();
+      corners[i] = cell->vertex(static_cast<int>(i))->point();
+    }
+    std::sort(key.begin(), key.end());
+    carving[key] = static_cast<int32_t>(
+        std::count_if(segments.begin(), segments.end(),
+                      [&](const Segment& segment) { return crosses(corners, segment); }));
+  }
+  return carving;
+}
+
+}  // namespace foresight::carver_test

@@ -1,0 +1,14 @@
+// The reference carving of a map: a triangulation from scratch and, for each cell and observation,
+// an exact clip of the segment in rational numbers. Shares no code with the carver.
+#pragma once
+
+#include "tests/carver/map_model.h"
+#include "tests/carver/receiver.h"
+
+namespace foresight::carver_test {
+
+/// `vertices` supplies the hull's corners (ids −1…−8).
+Carving carve_by_brute_force(const MapModel& map,
+                             const std::map<int32_t, Eigen::Vector3f>& vertices);
+
+}  // namespace foresight::carver_test

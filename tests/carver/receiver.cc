@@ -1,0 +1,94 @@
+#include "tests/carver/receiver.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+
+#include <algorithm>
+#include <set>
+
+namespace foresight::carver_test {
+
+std::string Receiver::apply(const CarvingDelta& delta) {
+  std::set<int32_t> replaced;
+  for (const int32_t id : delta.cells_removed) {
+    if (cells_.erase(id) == 0) return "removes the unknown cell " + std::to_string(id);
+  }
+  for (const int32_t id : delta.vertices_removed) {
+    if (vertices_.erase(id) == 0) return "removes the unknown vertex " + std::to_string(id);
+  }
+  for (const CarvingVertex& vertex : delta.vertices_set) {
+    if (!replaced.insert(vertex.id).second) return "sets a vertex twice";
+    vertices_[vertex.id] = vertex.position_in_map;
+  }
+  for (const auto& [id, cell] : cells_) {
+    for (const int32_t vertex : cell.vertices) {
+      if (replaced.contains(vertex)) return "keeps a cell of a vertex that is set anew";
+    }
+  }
+  for (const CarvingCell& cell : delta.cells_added) {
+    if (!cells_.emplace(cell.id, cell).second) return "adds a cell that is there";
+  }
+  std::set<int32_t> updated;
+  for (const CarvingCellUpdate& update : delta.cells_updated) {
+    const auto at = cells_.find(update.id);
+    if (at == cells_.end()) return "updates an unknown cell";
+    if (!updated.insert(update.id).second) return "updates a cell twice";
+    if (at->second.constraints == update.constraints) return "updates a cell to what it is";
+    at->second.constraints = update.constraints;
+  }
+  return check();
+}
+
+std::string Receiver::check() const {
+  std::map<std::array<int32_t, 3>, int> facets;
+  for (const auto& [id, cell] : cells_) {
+    std::array<CGAL::Exact_predicates_inexact_constructions_kernel::Point_3, 4> corner;
+    for (size_t i = 0; i < 4; ++i) {
+      const auto at = vertices_.find(cell.vertices[i]);
+      if (at == vertices_.end()) return "a cell has an unknown vertex";
+      corner[i] = {at->second.x(), at->second.y(), at->second.z()};
+      std::array<int32_t, 3> facet{};
+      std::copy_if(cell.vertices.begin(), cell.vertices.end(), facet.begin(),
+                   [&](int32_t vertex) { return vertex != cell.vertices[i]; });
+      std::sort(facet.begin(), facet.end());
+      ++facets[facet];
+    }
+    if (CGAL::orientation(corner[0], corner[1], corner[2], corner[3]) != CGAL::POSITIVE) {
+      return "a cell is not positively oriented";
+    }
+  }
+  int border = 0;
+  for (const auto& [facet, count] : facets) {
+    if (count > 2) return "a facet has more than two cells";
+    if (count == 1 && facet[2] >= 0) return "a facet inside the hull has one cell";
+    border += count == 1;
+  }
+  return cells_.empty() || border == 12 ? "" : "the cells do not tile the hull";
+}
+
+std::string differences(const Carving& actual, const Carving& expected) {
+  std::map<std::array<int32_t, 4>, std::array<int32_t, 2>> counts;
+  for (const auto& [key, count] : actual) counts[key] = {count, -1};
+  for (const auto& [key, count] : expected) {
+    counts.try_emplace(key, std::array{-1, -1}).first->second[1] = count;
+  }
+  std::string text;
+  for (const auto& [key, pair] : counts) {
+    if (pair[0] == pair[1]) continue;
+    text += "(";
+    for (const int32_t vertex : key) text += std::to_string(vertex) + " ";
+    text += ") " + std::to_string(pair[0]) + " not " + std::to_string(pair[1]) + "; ";
+  }
+  return text;
+}
+
+Carving Receiver::carving() const {
+  Carving carving;
+  for (const auto& [id, cell] : cells_) {
+    std::array<int32_t, 4> key = cell.vertices;
+    std::sort(key.begin(), key.end());
+    carving[key] = cell.constraints;
+  }
+  return carving;
+}
+
+}  // namespace foresight::carver_test

@@ -1,0 +1,33 @@
+// What a receiver of CarvingDeltas knows: applies them by the book and complains about any breach.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+
+#include "common/carving_delta.h"
+
+namespace foresight::carver_test {
+
+/// Cells by their vertex ids in ascending order → number of constraints.
+using Carving = std::map<std::array<int32_t, 4>, int32_t>;
+
+/// Empty if equal, else the cells that differ: "(a b c d) 3 not 5; …" (−1 = no such cell).
+std::string differences(const Carving& actual, const Carving& expected);
+
+class Receiver {
+ public:
+  /// Returns the first breach of the contract in carving_delta.h, or "".
+  std::string apply(const CarvingDelta& delta);
+  Carving carving() const;
+  const std::map<int32_t, Eigen::Vector3f>& vertices() const { return vertices_; }
+  const std::map<int32_t, CarvingCell>& cells() const { return cells_; }
+
+ private:
+  std::string check() const;
+
+  std::map<int32_t, Eigen::Vector3f> vertices_;
+  std::map<int32_t, CarvingCell> cells_;
+};
+
+}  // namespace foresight::carver_test
