@@ -80,7 +80,7 @@ class LiveHost : public Host {
 
   LcmBus& bus(Domain domain);
   void receive();
-  bool handle_next_arrival();
+  void handle_arrivals();
   void run_due_timers();
   void wait();
 

@@ -44,7 +44,7 @@ RecordedLine::RecordedLine(const RecordedLineOptions& options) : options_(option
   add<CarverProcess>({});
   add<MesherProcess>({});
   add<LinkProcess>({"to_operator_delay_s=" + text(options.delay_s), "to_robot_delay_s=0"});
-  renderer_ = &add<RendererProcess>({"display=headless", "rate_hz=1"});
+  renderer_ = &add<RendererProcess>({"display=headless", "idle_rate_hz=1"});
   const auto& camera = add<CameraProcess>({"source=" + options.sequence,
                                            "first_frame=" + std::to_string(options.first_frame),
                                            "frame_count=" + std::to_string(options.frame_count),

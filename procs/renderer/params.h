@@ -11,12 +11,12 @@ struct RendererParams {
   std::string display = "auto";
   std::string layout = "side_by_side";
   int picture_width_px = 640;
-  double rate_hz = 30;
+  double idle_rate_hz = 5;
   int stored_views = SceneOptions{}.stored_views;
   int used_views = RenderOptions{}.used_views;
   bool paint_guesses = true;
   std::string record;
-  double record_fps = 30;
+  double record_fps = 15;
 
   template <class V>
   void visit(V& v) {
@@ -28,11 +28,9 @@ struct RendererParams {
        .doc = "delayed video left and predicted view right, or one of them (keys 1, 2, 3)"});
     v("picture_width_px", picture_width_px,
       {.unit = "px", .min = 64, .max = 4096, .doc = "width of one picture"});
-    v("rate_hz", rate_hz,
-      {.unit = "Hz",
-       .min = 1,
-       .max = 240,
-       .doc = "redraws per second at least; a new predicted pose is drawn at once"});
+    v("idle_rate_hz", idle_rate_hz,
+      {.unit = "Hz", .min = 0.2, .max = 60,
+       .doc = "redraws per second while no new pose arrives; a new pose is drawn at once"});
     v("stored_views", stored_views,
       {.unit = "1", .min = 1, .max = 64, .doc = "delayed images kept as textures"});
     v("used_views", used_views,

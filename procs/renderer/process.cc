@@ -41,7 +41,7 @@ RendererProcess::RendererProcess(Node& node, const RendererParams& params)
       params_(params),
       stats_(node.advertise<display_stats_t>({.channel = "DISPLAY_STATS",
                                               .domain = Domain::kOperator,
-                                              .rate_hz = params.rate_hz,
+                                              .rate_hz = 30,
                                               .doc = "what was shown"})),
       mesh_requester_(node, "MESH", Domain::kOperator),
       layout_(layout_of(params.layout)) {
@@ -59,7 +59,7 @@ RendererProcess::RendererProcess(Node& node, const RendererParams& params)
                                  .rate_hz = 30,
                                  .doc = "undelayed; stands in for the operator's command"},
                                 Queue::kLatest, [this](const camera_pose_t& m) { on_pose(m); });
-  const Duration period = seconds(1.0 / params.rate_hz);
+  const Duration period = seconds(1.0 / params.idle_rate_hz);
   node.every(period, "redraw", [this, period] {
     if (node_.now() - last_draw_ >= period) draw();
   });

@@ -83,6 +83,29 @@ TEST_F(LiveHostTest, TimersThatTakeLongerThanTheirPeriodDoNotStarveMessages) {
   EXPECT_EQ(host_.run(), 3) << received << " messages handled";
 }
 
+// Two streams, each faster than its slow handler, beside a timer that takes longer than its period.
+TEST_F(LiveHostTest, AnOverloadedLoopStillHandlesEveryChannel) {
+  Node node("n", host_, {});
+  auto a = node.advertise<slam_command_t>({.channel = "A"});
+  auto b = node.advertise<slam_command_t>({.channel = "B"});
+  int handled_a = 0, handled_b = 0;
+  const auto slow = [this](int* handled, const int* other) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (++*handled >= 10 && *other >= 10) host_.stop(3);
+  };
+  node.subscribe<slam_command_t>({.channel = "A"}, Queue::kLatest,
+                                 [&](const slam_command_t&) { slow(&handled_a, &handled_b); });
+  node.subscribe<slam_command_t>({.channel = "B"}, Queue::kLatest,
+                                 [&](const slam_command_t&) { slow(&handled_b, &handled_a); });
+  host_.call_every(milliseconds(1), [&] {
+    a.publish({});
+    b.publish({});
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  });
+  stop_after(seconds(60));
+  EXPECT_EQ(host_.run(), 3) << handled_a << " and " << handled_b << " handled";
+}
+
 TEST_F(LiveHostTest, AJobRunsBesideTheMainThread) {
   Node node("n", host_, {});
   std::thread::id job_thread, apply_thread;
