@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import time
+import xml.parsers.expat
 import xmlrpc.client
 
 from foresight_paths import ROOT
@@ -26,16 +27,7 @@ class UnixConnection(http.client.HTTPConnection):
     def connect(self):
         self.sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.sock.settimeout(self.timeout)
-        self.sock.connect(self.path)
-
-
-class UnixTransport(xmlrpc.client.Transport):
-    def __init__(self, path):
-        super().__init__()
-        self.path = path
-
-    def make_connection(self, host):
-        return UnixConnection(self.path)
+        self.sock.connect(self.path)  # close() is the caller's, also after a failure
 
 
 def poll(condition, timeout_s, period_s=0.05):
@@ -60,7 +52,7 @@ priority={priority}
 autostart=false
 autorestart={AUTORESTART[process.restart]}
 exitcodes=0
-; ended within 3 s of its start: tried again after 1, 2, 3 … s, then given up (FATAL)
+; ended within 3 s of its start, for whatever reason: tried again after 1, 2, 3 … s, then given up
 startsecs=3
 startretries=8
 stopsignal=INT
@@ -121,13 +113,18 @@ class Supervisor:
 
     def call(self, method, *arguments):
         """A call of supervisord's interface; OSError when it does not run."""
-        proxy = xmlrpc.client.ServerProxy("http://localhost", UnixTransport(str(self.socket)))
-        return getattr(proxy.supervisor, method)(*arguments)
+        connection = UnixConnection(str(self.socket))
+        try:
+            body = xmlrpc.client.dumps(arguments, f"supervisor.{method}").encode("utf-8")
+            connection.request("POST", "/RPC2", body, {"Content-Type": "text/xml"})
+            return xmlrpc.client.loads(connection.getresponse().read())[0][0]
+        finally:
+            connection.close()
 
     def answers(self):
         try:
             return bool(self.call("getState"))
-        except (OSError, http.client.HTTPException):
+        except (OSError, http.client.HTTPException, xml.parsers.expat.ExpatError):
             return False
 
     def pid(self):
@@ -171,8 +168,11 @@ class Supervisor:
         pid = self.pid()
         if pid is not None:
             try:
+                self.call("stopAllProcesses", False)  # all at once; shutdown alone takes turns
+                poll(lambda: not self.members(), STOP_WAIT_S + 3)
                 self.call("shutdown")
-            except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+            except (OSError, http.client.HTTPException, xmlrpc.client.Error,
+                    xml.parsers.expat.ExpatError):
                 self.signal([pid], signal.SIGTERM)
             poll(lambda: not is_running(pid), STOP_WAIT_S * 3)
             if is_running(pid):

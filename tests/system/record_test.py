@@ -1,0 +1,91 @@
+#!/usr/bin/python3
+"""A recorded camera, played by lcm-logplayer into a freshly deployed slam: a pose for each frame."""
+import pathlib
+import signal
+import subprocess
+import tempfile
+import unittest
+
+from swarm import (ROOT, Monitor, Swarm, read_log, run, utimes, wait_for, write_tiny_sequence)
+
+
+class Recording:
+    """scripts/record in the background; open once it is seen to receive."""
+
+    def __init__(self, path, site):
+        self.path = pathlib.Path(path)
+        self.process = subprocess.Popen([ROOT / "scripts" / "record", site, path],
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def events(self):
+        return read_log(self.path) if self.path.exists() else []
+
+    def stop(self):
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        return self.process.wait(20)
+
+
+class RecordAndReplay(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def record(self, path, site):
+        recording = Recording(path, site)
+        self.addCleanup(recording.stop)
+        return recording
+
+    def record_camera(self, frames):
+        """A log of CAMERA_INFO and at least so many frames."""
+        source = write_tiny_sequence(self.folder / "tiny", frames=frames)
+        camera = Swarm(f"  camera: {{params: {{source: {source}, loop: true}}}}\n")
+        self.addCleanup(camera.close)
+        camera.up()
+        recording = self.record(self.folder / "camera.lcmlog", camera.site)
+        wait_for(lambda: len(utimes(recording.events(), "IMAGE")) >= frames, 60, "frames recorded")
+        self.assertEqual(recording.stop(), 0, "SIGINT ends lcm-logger cleanly")
+        camera.close()
+        return recording.path
+
+    def test_every_frame_of_a_played_log_gets_its_pose(self):
+        log = self.record_camera(30)
+        slam = Swarm("  slam: {}\n")
+        self.addCleanup(slam.close)
+        slam.up()
+        monitor = Monitor()
+        self.addCleanup(monitor.close)
+        recording = self.record(self.folder / "slam.lcmlog", slam.site)
+        wait_for(lambda: utimes(recording.events(), "HEALTH"), 20, "the recording has begun")
+        played = run(ROOT / "scripts" / "replay", log, slam.site)
+        self.assertEqual(played.returncode, 0, played.stderr)
+
+        frames = set(utimes(read_log(log), "IMAGE"))
+        info = min(utimes(read_log(log), "CAMERA_INFO"))
+        usable = {t for t in frames if t > info}  # earlier ones come before the intrinsics
+        self.assertGreater(len(usable), 15)
+
+        def answered():
+            skipped = monitor.port("slam", "IMAGE", "in")["skipped"]
+            return len(set(utimes(recording.events(), "CAMERA_POSE"))) + skipped >= len(usable)
+        wait_for(answered, 30, lambda: f"a pose for each of {len(usable)} frames; "
+                 f"{len(utimes(recording.events(), 'CAMERA_POSE'))}; {monitor.summary()}")
+        poses = utimes(recording.events(), "CAMERA_POSE")
+        self.assertLessEqual(set(poses), frames, "a pose carries its frame's time")
+        self.assertEqual(len(poses), len(set(poses)), "one pose for each frame")
+        self.assertEqual(monitor.port("slam", "IMAGE", "in")["rejected"], 0)
+
+    def test_what_cannot_be_played_or_recorded_is_said_in_a_line(self):
+        missing = run(ROOT / "scripts" / "replay", "/no/such.lcmlog")
+        self.assertEqual(missing.returncode, 69)
+        self.assertIn("/no/such.lcmlog", missing.stderr)
+        existing = self.folder / "old.lcmlog"
+        existing.write_bytes(b"keep me")
+        self.assertEqual(run(ROOT / "scripts" / "record", existing).returncode, 64)
+        self.assertEqual(existing.read_bytes(), b"keep me")
+        self.assertEqual(run(ROOT / "scripts" / "record", "nosite", "x.lcmlog").returncode, 78)
+
+
+if __name__ == "__main__":
+    unittest.main()
