@@ -34,6 +34,7 @@ struct RendererProcess::Gl {
   VideoRenderer video;
   Hud hud;
   std::unique_ptr<Recorder> recorder;
+  Image recorded;  // the picture that was written last
 };
 
 RendererProcess::RendererProcess(Node& node, const RendererParams& params)
@@ -264,8 +265,11 @@ void RendererProcess::handle_keys() {
 
 void RendererProcess::record() {
   if (drawn_ == 0 || !gl_->recorder) return;
-  gl_->context->make_current();
-  if (!gl_->recorder->write(gl_->context->read_rgb())) {
+  if (std::exchange(recorded_drawn_, drawn_) != drawn_) {
+    gl_->context->make_current();
+    gl_->recorded = gl_->context->read_rgb();
+  }
+  if (!gl_->recorder->write(gl_->recorded)) {
     gl_->recorder.reset();
     node_.set_state(ProcessState::kDegraded, "recording stopped: ffmpeg ended (disk full?)");
     return;

@@ -85,7 +85,7 @@ class RendererProcess : public Process {
   Layout layout_;
   SourceShares shares_;
   Time shares_time_;
-  int drawn_ = 0, videos_ = 0;
+  int drawn_ = 0, videos_ = 0, recorded_drawn_ = 0;
   int drawn_mark_ = 0, videos_mark_ = 0;
   double draw_fps_ = 0, video_fps_ = 0;
 };
