@@ -76,6 +76,35 @@ void note_keyframe(const MapDelta& delta, Time time, std::map<int32_t, Time>* ti
   }
 }
 
+void note_pose(const TrackingResult& r, int frame, Duration since_start, Evaluation* e) {
+  ++e->frames;
+  if (r.state != TrackingState::kTracking) return;
+  if (e->first_frame < 0) {
+    e->first_frame = frame;
+    e->init_s = since_start.seconds();
+  }
+  e->placed.push_back({r.time, r.epoch, r.map_from_cam, r.quality});
+}
+
+void summarise_times(const std::vector<double>& track_ms, const std::vector<double>& job_ms,
+                     Evaluation* e) {
+  e->tracked_fraction = static_cast<double>(e->placed.size()) / std::max(1, e->frames);
+  e->track_ms_median = quantile(track_ms, 0.5);
+  e->track_ms_p95 = quantile(track_ms, 0.95);
+  e->job_ms_median = quantile(job_ms, 0.5);
+  e->job_ms_max = quantile(job_ms, 1.0);
+  e->jobs = static_cast<int>(job_ms.size());
+  e->peak_mb = peak_mb();
+}
+
+std::map<Time, Pose<Map, Cam>> live_poses(const Evaluation& e, int epoch) {
+  std::map<Time, Pose<Map, Cam>> poses;
+  for (const PlacedImage& p : e.placed) {
+    if (p.epoch == epoch) poses[p.time] = p.map_from_cam;
+  }
+  return poses;
+}
+
 }  // namespace
 
 Similarity<World, Map> align_umeyama(const std::vector<Eigen::Vector3d>& points_in_map,
@@ -94,17 +123,14 @@ Similarity<World, Map> align_umeyama(const std::vector<Eigen::Vector3d>& points_
 
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
                     const EvaluationRange& range) {
-  cv::setNumThreads(1);
   Evaluation e;
   e.sequence = sequence.name;
   Slam slam(sequence.camera, options);
   std::vector<double> track_ms, job_ms;
   std::map<int32_t, Time> keyframe_times;
-  const size_t begin = std::min(static_cast<size_t>(range.start), sequence.images.size());
-  const size_t end = range.frames < 0 ? sequence.images.size()
-                                      : std::min(begin + static_cast<size_t>(range.frames),
-                                                 sequence.images.size());
-  for (size_t i = begin; i < end; i += static_cast<size_t>(range.step)) {
+  const auto begin = static_cast<size_t>(range.start);
+  for (size_t i = begin; i < sequence.images.size(); i += static_cast<size_t>(range.step)) {
+    if (range.frames >= 0 && i >= begin + static_cast<size_t>(range.frames)) break;
     const SequenceImage& entry = sequence.images[i];
     const cv::Mat image = cv::imread(entry.path, cv::IMREAD_GRAYSCALE);
     if (image.empty()) throw UnavailableError(entry.path + ": cannot be read as an image");
@@ -113,14 +139,7 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
         entry.time, {image.data, image.cols, image.rows, static_cast<int>(image.step[0])});
     track_ms.push_back(cpu_ms() - start_ms);
     if (range.verbose) print_frame(i, r);
-    ++e.frames;
-    if (r.state == TrackingState::kTracking) {
-      if (e.first_frame < 0) {
-        e.first_frame = static_cast<int>(i - begin);
-        e.init_s = (entry.time - sequence.images[begin].time).seconds();
-      }
-      e.placed.push_back({entry.time, r.epoch, r.map_from_cam, r.quality});
-    }
+    note_pose(r, static_cast<int>(i - begin), entry.time - sequence.images[begin].time, &e);
     while (auto job = slam.take_job()) {
       const double job_start_ms = cpu_ms();
       slam.apply(Slam::run(std::move(*job)));
@@ -129,21 +148,12 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
     const MapDelta delta = slam.take_delta();
     if (r.is_keyframe) note_keyframe(delta, entry.time, &keyframe_times);
   }
-  e.tracked_fraction = static_cast<double>(e.placed.size()) / std::max(1, e.frames);
-  e.track_ms_median = quantile(track_ms, 0.5);
-  e.track_ms_p95 = quantile(track_ms, 0.95);
-  e.job_ms_median = quantile(job_ms, 0.5);
-  e.job_ms_max = quantile(job_ms, 1.0);
-  e.jobs = static_cast<int>(job_ms.size());
+  summarise_times(track_ms, job_ms, &e);
   e.statistics = slam.statistics();
-  e.peak_mb = peak_mb();
   score(sequence, &e);
   if (range.depth_scale > 0) {
-    std::map<Time, Pose<Map, Cam>> live_poses;
-    for (const PlacedImage& p : e.placed) {
-      if (p.epoch == slam.epoch()) live_poses[p.time] = p.map_from_cam;
-    }
-    e.depth = check_depth(sequence, slam.snapshot(), keyframe_times, live_poses, range.depth_scale);
+    e.depth = check_depth(sequence, slam.snapshot(), keyframe_times, live_poses(e, slam.epoch()),
+                          range.depth_scale);
   }
   return e;
 }

@@ -25,6 +25,7 @@ constexpr double kMinInlierShare = 0.75;
 constexpr double kUnambiguous = 1.25;    // cost of the next best motion / of the best
 constexpr double kBeyondRotation = 2.0;  // residual of a pure rotation / of the motion
 constexpr double kSaneDepth = 50;        // times the median
+constexpr double kMaxDepth = 1000;       // baselines
 
 template <class... Args>
 std::string format(const char* pattern, Args... args) {
@@ -122,70 +123,84 @@ std::vector<size_t> Initializer::views_between() const {
   return views;
 }
 
-// rays: per view of views_between(), per track.
-std::optional<Initializer::Solution> Initializer::refine(
-    const Pose<Cam, Cam>& second_from_first, const std::vector<std::vector<Vector2d>>& rays) const {
-  const double f = camera_.fx_px;
-  BundleProblem problem;
+// The first solution: points where the rays of the first and the last view meet.
+Initializer::Solution Initializer::triangulate_tracks(const Pose<Cam, Cam>& second_from_first,
+                                                      const RaysPerView& rays) const {
   Solution solution;
+  solution.second_from_first = second_from_first;
   for (size_t i = 0; i < tracks_.size(); ++i) {
     const auto point = triangulate(second_from_first, rays.front()[i], rays.back()[i]);
-    if (!point || point->z() > 1000) continue;
+    if (!point || point->z() > kMaxDepth) continue;
     const Vector3d in_second = second_from_first * *point;
-    const double error = f * (in_second.head<2>() / in_second.z() - rays.back()[i]).norm();
+    const double error =
+        camera_.fx_px * (in_second.head<2>() / in_second.z() - rays.back()[i]).norm();
     if (error > kMaxTwoViewError_px) continue;
     solution.tracks.push_back(i);
-    problem.points.push_back({static_cast<int32_t>(i), *point});
+    solution.points.push_back(*point);
   }
-  if (problem.points.size() < static_cast<size_t>(options_.init_min_points)) return std::nullopt;
+  return solution;
+}
+
+// All views; those in between start from their own pose optimisation.
+BundleProblem Initializer::bundle_over_views(const Solution& solution,
+                                             const RaysPerView& rays) const {
+  const double f = camera_.fx_px;
+  BundleProblem problem;
+  problem.max_iterations = 12;
+  for (size_t n = 0; n < solution.points.size(); ++n) {
+    problem.points.push_back({static_cast<int32_t>(n), solution.points[n]});
+  }
   for (size_t v = 0; v < rays.size(); ++v) {
     const double share = static_cast<double>(v) / static_cast<double>(rays.size() - 1);
-    const Pose<Cam, Cam> guess = scaled_motion(second_from_first, share);
-    Pose<Map, Cam> pose = Pose<Map, Cam>(guess.inverse().rotation(), guess.inverse().translation());
+    const Pose<Cam, Cam> guess = scaled_motion(solution.second_from_first, share).inverse();
+    Pose<Map, Cam> pose(guess.rotation(), guess.translation());
     std::vector<PoseObservation> observations;
     for (size_t n = 0; n < solution.tracks.size(); ++n) {
       const Vector2d& xy = rays[v][solution.tracks[n]];
-      observations.push_back({problem.points[n].position_in_map, xy, f});
+      observations.push_back({solution.points[n], xy, f});
       problem.observations.push_back({static_cast<int32_t>(v), static_cast<int32_t>(n), xy, f});
     }
-    const bool is_end = v == 0 || v + 1 == rays.size();
-    if (!is_end) pose = optimize_pose(pose, observations).map_from_cam;
+    const bool between = v > 0 && v + 1 < rays.size();
+    if (between) pose = optimize_pose(pose, observations).map_from_cam;
     problem.keyframes.push_back(
         {static_cast<int32_t>(v), v == 0 ? BundleRole::kFixed : BundleRole::kAdjusted, pose});
   }
-  problem.max_iterations = 12;
+  return problem;
+}
+
+std::optional<Initializer::Solution> Initializer::refine(const Pose<Cam, Cam>& second_from_first,
+                                                         const RaysPerView& rays) const {
+  const Solution start = triangulate_tracks(second_from_first, rays);
+  if (start.points.size() < static_cast<size_t>(options_.init_min_points)) return std::nullopt;
+  const BundleProblem problem = bundle_over_views(start, rays);
   const BundleSolution adjusted = adjust_bundle(problem);
   if (!adjusted.usable) return std::nullopt;
+
+  Solution refined;
   const Pose<Map, Cam>& second = adjusted.keyframes.back().map_from_cam;
-  solution.second_from_first =
-      Pose<Cam, Cam>(second.inverse().rotation(), second.inverse().translation());
-  solution.rms_px = adjusted.rms_px;
-  const double limit2 = problem.outlier_px * problem.outlier_px;
+  refined.second_from_first = Pose<Cam, Cam>(second.rotation(), second.translation()).inverse();
+  refined.rms_px = adjusted.rms_px;
+  const size_t inliers = problem.observations.size() - adjusted.outliers.size();
+  const size_t others = tracks_.size() * rays.size() - inliers;
+  refined.cost = static_cast<double>(inliers) * adjusted.rms_px * adjusted.rms_px +
+                 static_cast<double>(others) * problem.outlier_px * problem.outlier_px;
   std::vector<bool> bad(problem.points.size(), false);
   for (const int32_t o : adjusted.outliers) {
     bad[static_cast<size_t>(problem.observations[static_cast<size_t>(o)].point_index)] = true;
   }
-  const size_t total = tracks_.size() * rays.size();
-  const size_t inlier_observations = problem.observations.size() - adjusted.outliers.size();
-  solution.cost = static_cast<double>(inlier_observations) * adjusted.rms_px * adjusted.rms_px +
-                  static_cast<double>(total - inlier_observations) * limit2;
   std::vector<double> parallax;
-  std::vector<size_t> good_tracks;
-  const Vector3d center = second.translation();
   for (size_t n = 0; n < adjusted.points.size(); ++n) {
     const Vector3d& p = adjusted.points[n].position_in_map;
     if (bad[n] || p.z() <= 0) continue;
-    good_tracks.push_back(solution.tracks[n]);
-    solution.points.push_back(p);
-    parallax.push_back(angle_between(p, p - center) / kDegree);
+    refined.tracks.push_back(start.tracks[n]);
+    refined.points.push_back(p);
+    parallax.push_back(angle_between(p, p - second.translation()) / kDegree);
   }
-  solution.tracks = std::move(good_tracks);
-  solution.parallax_deg = median(std::move(parallax));
-  return solution;
+  refined.parallax_deg = median(std::move(parallax));
+  return refined;
 }
 
-std::vector<Initializer::Solution> Initializer::refined_candidates(
-    const std::vector<std::vector<Vector2d>>& rays) const {
+std::vector<Initializer::Solution> Initializer::refined_candidates(const RaysPerView& rays) const {
   std::vector<Pose<Cam, Cam>> motions =
       candidate_motions(rays.front(), rays.back(), kTrackNoise_px / camera_.fx_px);
   std::vector<std::pair<size_t, Pose<Cam, Cam>>> ranked;
@@ -213,7 +228,7 @@ std::vector<Initializer::Solution> Initializer::refined_candidates(
 }
 
 Initializer::Outcome Initializer::attempt(Time time, const ImagePyramid& pyramid) {
-  std::vector<std::vector<Vector2d>> rays;
+  RaysPerView rays;
   for (const size_t view : views_between()) rays.push_back(rays_at(view));
   const std::vector<Solution> solutions = refined_candidates(rays);
   if (solutions.empty()) return {std::nullopt, "no two-view motion explains the tracks"};

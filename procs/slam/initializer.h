@@ -11,6 +11,7 @@
 #include "common/camera_model.h"
 #include "common/frames.h"
 #include "common/time.h"
+#include "procs/slam/bundle_adjustment.h"
 #include "procs/slam/corner_detector.h"
 #include "procs/slam/image_pyramid.h"
 #include "procs/slam/slam_options.h"
@@ -50,16 +51,20 @@ class Initializer {
     std::vector<cv::Point2f> path;  // pixel in the reference and in every image since
   };
   struct Solution;
+  /// Of some views since the reference, each track's ray.
+  using RaysPerView = std::vector<std::vector<Eigen::Vector2d>>;
 
   void start_reference(Time time, const ImagePyramid& pyramid);
   void follow(const ImagePyramid& pyramid);
   double median_flow_px() const;
   std::vector<Eigen::Vector2d> rays_at(size_t image) const;
   std::vector<size_t> views_between() const;
+  Solution triangulate_tracks(const Pose<Cam, Cam>& second_from_first,
+                              const RaysPerView& rays) const;
+  BundleProblem bundle_over_views(const Solution& solution, const RaysPerView& rays) const;
   std::optional<Solution> refine(const Pose<Cam, Cam>& second_from_first,
-                                 const std::vector<std::vector<Eigen::Vector2d>>& rays) const;
-  std::vector<Solution> refined_candidates(
-      const std::vector<std::vector<Eigen::Vector2d>>& rays) const;
+                                 const RaysPerView& rays) const;
+  std::vector<Solution> refined_candidates(const RaysPerView& rays) const;
   Outcome attempt(Time time, const ImagePyramid& pyramid);
   InitialMap make_map(const Solution& solution, Time time, const ImagePyramid& pyramid) const;
 

@@ -15,8 +15,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kSeedKeyframes = 6;        // newest ones whose seeds are alive
-constexpr size_t kVerifyKeyframes = 10;  // looked at for a new point
+constexpr int kSeedKeyframes = 6;     // newest ones whose seeds are alive
+constexpr int kVerifyKeyframes = 10;  // looked at for a new point
 constexpr double kDuplicate_px = 5;
 constexpr double kOccupied_px = 9;
 constexpr int kSimilarViewDeg = 40;
@@ -47,6 +47,11 @@ std::vector<int32_t> by_count(const std::map<int32_t, int>& counts) {
   std::stable_sort(ids.begin(), ids.end(), [&](int32_t a, int32_t b) {
     return std::pair(-counts.at(a), -a) < std::pair(-counts.at(b), -b);
   });
+  return ids;
+}
+
+std::vector<int32_t> first_few(std::vector<int32_t> ids, int count) {
+  if (ids.size() > static_cast<size_t>(count)) ids.resize(static_cast<size_t>(count));
   return ids;
 }
 
@@ -169,9 +174,7 @@ void Mapper::search_older_keyframes(int32_t keyframe_id, const SlamMap& map) {
   const Keyframe& keyframe = *map.keyframe(keyframe_id);
   std::map<int32_t, int> shared = shared_point_counts(map, keyframe.point_ids);
   shared.erase(keyframe_id);
-  std::vector<int32_t> ids = by_count(shared);
-  if (ids.size() > kOlderKeyframeSearches) ids.resize(kOlderKeyframeSearches);
-  for (const int32_t id : ids) {
+  for (const int32_t id : first_few(by_count(shared), kOlderKeyframeSearches)) {
     const Keyframe& older = *map.keyframe(id);
     seeds_.search_from(keyframe_id, map, older.pyramid, older.map_from_cam);
   }
@@ -181,12 +184,12 @@ void Mapper::make_points(SlamMap* map) {
   for (const Seed& seed : seeds_.take_mature()) make_point(seed, map);
 }
 
-bool Mapper::make_point(const Seed& seed, SlamMap* map) {
+void Mapper::make_point(const Seed& seed, SlamMap* map) {
   const Keyframe& source = *map->keyframe(seed.corner.keyframe_id);
   for (const int32_t id : source.point_ids) {
     for (const Observation& o : map->point(id)->observations) {
       if (o.keyframe_id == source.id && (o.pixel - seed.corner.pixel).norm() < kDuplicate_px) {
-        return false;
+        return;
       }
     }
   }
@@ -194,11 +197,9 @@ bool Mapper::make_point(const Seed& seed, SlamMap* map) {
   const int32_t point_id = map->add_point(position, seed.corner);
   std::map<int32_t, int> neighbours = shared_point_counts(*map, source.point_ids);
   neighbours.erase(source.id);
-  std::vector<int32_t> ids = by_count(neighbours);
-  if (ids.size() > kVerifyKeyframes) ids.resize(kVerifyKeyframes);
   PointSearch search;
   search.min_zncc = options_.min_zncc;
-  for (const int32_t id : ids) {
+  for (const int32_t id : first_few(by_count(neighbours), kVerifyKeyframes)) {
     const Keyframe& other = *map->keyframe(id);
     const PointFinder finder(camera_, *map, other.pyramid, other.map_from_cam);
     const Point& point = *map->point(point_id);
@@ -213,7 +214,6 @@ bool Mapper::make_point(const Seed& seed, SlamMap* map) {
     observation.keyframe_id = id;
     map->add_observation(point_id, observation);
   }
-  return true;
 }
 
 // Probation: a point is confirmed when enough keyframes see it, and goes when it proves bad.
@@ -238,43 +238,41 @@ void Mapper::review_points(SlamMap* map) {
   for (const int32_t id : good) map->confirm_point(id);
 }
 
-BundleProblem Mapper::bundle_problem(const SlamMap& map) const {
+std::vector<int32_t> Mapper::bundle_window(const SlamMap& map) const {
   const Keyframe& newest = map.newest_keyframe();
   std::map<int32_t, int> shared = shared_point_counts(map, newest.point_ids);
   shared[newest.id] = std::numeric_limits<int>::max();
-  std::vector<int32_t> window = by_count(shared);
-  if (window.size() > static_cast<size_t>(options_.bundle_keyframes)) {
-    window.resize(static_cast<size_t>(options_.bundle_keyframes));
-  }
+  std::vector<int32_t> window = first_few(by_count(shared), options_.bundle_keyframes);
+  std::sort(window.begin(), window.end());
+  return window;
+}
+
+BundleProblem Mapper::bundle_problem(const SlamMap& map) const {
+  const std::vector<int32_t> window = bundle_window(map);
   std::set<int32_t> point_ids;
   for (const int32_t id : window) {
     for (const int32_t point_id : map.keyframe(id)->point_ids) {
       if (map.point(point_id)->observations.size() >= 2) point_ids.insert(point_id);
     }
   }
-  std::map<int32_t, int> fixed = shared_point_counts(map, point_ids);
-  for (const int32_t id : window) fixed.erase(id);
-  std::vector<int32_t> fixed_ids = by_count(fixed);
-  if (fixed_ids.size() > static_cast<size_t>(options_.bundle_max_fixed)) {
-    fixed_ids.resize(static_cast<size_t>(options_.bundle_max_fixed));
-  }
-  std::sort(window.begin(), window.end());
+  std::map<int32_t, int> outside = shared_point_counts(map, point_ids);
+  for (const int32_t id : window) outside.erase(id);
+  const std::vector<int32_t> fixed = first_few(by_count(outside), options_.bundle_max_fixed);
 
   BundleProblem problem;
   problem.max_iterations = options_.bundle_iterations;
   problem.outlier_px = options_.bundle_outlier_px;
   std::map<int32_t, int32_t> index;
+  const auto add = [&](int32_t id, BundleRole role) {
+    index[id] = static_cast<int32_t>(problem.keyframes.size());
+    problem.keyframes.push_back({id, role, map.keyframe(id)->map_from_cam});
+  };
   for (const int32_t id : window) {
-    // Without fixed neighbours the oldest two hold position and (nearly) scale.
-    const bool anchor = fixed_ids.empty() && id == window.front();
-    index[id] = static_cast<int32_t>(problem.keyframes.size());
-    problem.keyframes.push_back(
-        {id, anchor ? BundleRole::kFixed : BundleRole::kAdjusted, map.keyframe(id)->map_from_cam});
+    // With nobody outside, the oldest holds the map's place; its scale may float a little.
+    const bool anchor = fixed.empty() && id == window.front();
+    add(id, anchor ? BundleRole::kFixed : BundleRole::kAdjusted);
   }
-  for (const int32_t id : fixed_ids) {
-    index[id] = static_cast<int32_t>(problem.keyframes.size());
-    problem.keyframes.push_back({id, BundleRole::kFixed, map.keyframe(id)->map_from_cam});
-  }
+  for (const int32_t id : fixed) add(id, BundleRole::kFixed);
   for (const int32_t id : point_ids) {
     const Point& point = *map.point(id);
     const auto point_index = static_cast<int32_t>(problem.points.size());

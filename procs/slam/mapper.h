@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <vector>
 
 #include "procs/slam/bundle_adjustment.h"
 #include "procs/slam/depth_seeds.h"
@@ -37,10 +38,11 @@ class Mapper {
   Pose<Map, Map> apply(const BundleProblem& problem, const BundleSolution& solution, SlamMap* map);
 
  private:
+  std::vector<int32_t> bundle_window(const SlamMap& map) const;
   void add_seeds(int32_t keyframe_id, const SlamMap& map);
   void search_older_keyframes(int32_t keyframe_id, const SlamMap& map);
   void make_points(SlamMap* map);
-  bool make_point(const Seed& seed, SlamMap* map);
+  void make_point(const Seed& seed, SlamMap* map);
   void review_points(SlamMap* map);
   /// Points that were not in the problem move with their source keyframe.
   static void carry_other_points(const BundleSolution& solution,

@@ -1,6 +1,7 @@
 #include "procs/slam/slam.h"
 
 #include <cstdio>
+#include <opencv2/core.hpp>
 #include <utility>
 #include <vector>
 
@@ -192,8 +193,7 @@ void Slam::Impl::follow(const Frame& frame, TrackingResult* result) {
   lost_since_ = frame.time;
   ++counters_.losses;
   good_frames_ = 0;
-  result->reason = "found " + std::to_string(result->points_found) + " of " +
-                   std::to_string(result->points_predicted) + " points";
+  search_again(frame, result);
 }
 
 TrackingAttempt Slam::Impl::best_attempt(const Frame& frame,
@@ -303,6 +303,7 @@ SlamStatistics Slam::Impl::statistics() const {
 Slam::Slam(const CameraModel& camera, const SlamOptions& options) {
   CameraModel prepared = camera;
   prepared.prepare();
+  cv::setNumThreads(1);  // OpenCV's own pool would be threads behind the host's back
   impl_ = std::make_unique<Impl>(prepared, options);
 }
 Slam::~Slam() = default;
