@@ -38,7 +38,7 @@ struct CarverOptions {
   /// the map and `hull_extent_factor` times its half extent. A fixed cube that the map outgrows is
   /// replaced by an automatic one.
   double hull_half_size_mu = 0.0;
-  /// Automatic cube: half edge over the half extent of points and cameras; > 1.
+  /// Automatic cube: half edge over the half extent of points and cameras; ≥ 1.5.
   double hull_extent_factor = 64.0;
   /// Points and cameras must stay within this share of the automatic half edge; (0, 1).
   double hull_use_limit = 0.25;

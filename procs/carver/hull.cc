@@ -5,6 +5,8 @@
 
 namespace foresight::carving {
 
+constexpr double kLeastFactor = 1.5;  // all points must lie strictly inside
+
 void Extent::add(const Point3& point) {
   for (size_t i = 0; i < 3; ++i) {
     low[i] = empty ? point[i] : std::min(low[i], point[i]);
@@ -47,8 +49,10 @@ std::optional<Hull> fit_hull(const Extent& extent, const CarverOptions& options)
   }
   if (half_extent == 0.0) return std::nullopt;
   // Corners are floats: keep the cube much larger than a float's step at this distance.
-  hull.half_size = std::max(options.hull_extent_factor * half_extent, 1e-3 * magnitude);
-  hull.limit = std::max(options.hull_use_limit * hull.half_size, 1.01 * half_extent);
+  const double factor = std::max(kLeastFactor, options.hull_extent_factor);
+  hull.half_size = std::max(factor * half_extent, 1e-3 * magnitude);
+  hull.limit = std::clamp(options.hull_use_limit * hull.half_size, 1.01 * half_extent,
+                          hull.half_size / 1.01);
   return hull;
 }
 

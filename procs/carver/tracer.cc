@@ -188,34 +188,41 @@ Point3 Tracer::direction(int32_t ray) const {
   const Point3& from = map_.keyframes[static_cast<size_t>(record.keyframe)].centre;
   const Point3& to = map_.points[static_cast<size_t>(record.point)].position;
   Point3 d{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
-  const double length = std::hypot(d[0], d[1], d[2]);
-  for (double& x : d) x /= length;
+  const double scale = 1.0 / std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  for (double& x : d) x *= scale;
   return d;
 }
 
 // Of the K kept constraints and the new one, the closest pair in direction loses a member: the one
 // that is closer to any third constraint.
 void Tracer::add_dissimilar(int32_t cell, int32_t ray, uint32_t code) {
-  std::vector<Point3> directions;
-  for (const uint32_t entry : lists_.entries(cell))
-    directions.push_back(direction(entry_ray(entry)));
-  directions.push_back(direction(ray));
-  const size_t count = directions.size();
-  const auto distance = [&](size_t a, size_t b) {
-    return std::hypot(directions[a][0] - directions[b][0], directions[a][1] - directions[b][1],
-                      directions[a][2] - directions[b][2]);
+  directions_.clear();
+  for (const uint32_t entry : lists_.entries(cell)) {
+    directions_.push_back(direction(entry_ray(entry)));
+  }
+  directions_.push_back(direction(ray));
+  const size_t count = directions_.size();
+  const auto squared_distance = [&](size_t a, size_t b) {
+    double sum = 0.0;
+    for (size_t i = 0; i < 3; ++i) {
+      const double difference = directions_[a][i] - directions_[b][i];
+      sum += difference * difference;
+    }
+    return sum;
   };
   size_t first = 0, second = 1;
+  double nearest = 5.0;  // more than the square of a sphere's diameter
   for (size_t a = 0; a < count; ++a) {
     for (size_t b = a + 1; b < count; ++b) {
-      if (distance(a, b) < distance(first, second)) first = a, second = b;
+      const double distance = squared_distance(a, b);
+      if (distance < nearest) nearest = distance, first = a, second = b;
     }
   }
-  double near_first = 4.0, near_second = 4.0;
+  double near_first = 5.0, near_second = 5.0;
   for (size_t n = 0; n < count; ++n) {
     if (n == first || n == second) continue;
-    near_first = std::min(near_first, distance(n, first));
-    near_second = std::min(near_second, distance(n, second));
+    near_first = std::min(near_first, squared_distance(n, first));
+    near_second = std::min(near_second, squared_distance(n, second));
   }
   const size_t loser = near_first < near_second ? first : second;
   if (loser + 1 != count) lists_.replace(cell, loser, make_entry(ray, code));

@@ -64,6 +64,7 @@ class Tracer {
   int32_t last_start_ = 0;  // a cell near the cameras, to start searches from
   bool spoiled_ = false;    // a run met a degeneracy: its ray is traced again as a whole
   std::vector<int32_t> whole_, crossed_, grazing_;
+  std::vector<Point3> directions_;  // scratch
   int64_t runs_ = 0, traced_ = 0;
 };
 
