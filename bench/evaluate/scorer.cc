@@ -73,7 +73,7 @@ class Scorer {
       : line_(line), options_(options), result_(*result), undistort_(line.camera()) {
     auto& world = line.world();
     world.listen(Domain::kRobot, "IMAGE", [this](auto bytes) { on_image(bytes); });
-    world.listen(Domain::kRobot, "CAMERA_POSE", [this](auto bytes) { on_pose(bytes); });
+    world.listen(Domain::kRobot, "CAMERA_POSE", [this](auto) { on_pose(); });
     world.listen(Domain::kRobot, "MAP_DELTA", [this](auto bytes) { on_map(bytes); });
     world.listen(Domain::kOperator, "VIEW", [this](auto bytes) { on_view(bytes); });
     line.renderer().set_listener([this](const PredictedFrame& f) { on_prediction(f); });
@@ -98,12 +98,7 @@ class Scorer {
     truth_message_ = message;
     truth_.release();
   }
-  void on_pose(std::span<const uint8_t> bytes) {
-    const auto message = decode<camera_pose_t>(bytes);
-    if (auto pose = read_pose(message)) {
-      pose_ = pose;
-      pose_epoch_ = message.epoch;
-    }
+  void on_pose() {
     if (began_) ++result_.frames_after_init;
   }
   void on_map(std::span<const uint8_t> bytes) {
@@ -151,11 +146,11 @@ class Scorer {
     const cv::Mat painted = source_mask(frame.picture, true);
     const cv::Mat measured = source_mask(frame.picture, false);
     WarpedImage warped{shown_.rgb, cv::Mat(truth_.size(), CV_8U, cv::Scalar(255))};
-    if (shown_.map_from_cam && shown_.epoch == pose_epoch_) {
+    if (shown_.map_from_cam && shown_.epoch == frame.epoch) {
       std::vector<Eigen::Vector3d> points;
       for (const auto& [id, p] : points_) points.push_back(p);
-      warped = warp_by_best_plane(frame.camera, shown_.rgb, *shown_.map_from_cam, *pose_, points,
-                                  truth_);
+      warped = warp_by_best_plane(frame.camera, shown_.rgb, *shown_.map_from_cam,
+                                  frame.map_from_cam, points, truth_);
     }
     const cv::Mat common = painted & warped.mask, common_measured = measured & warped.mask;
     add(shown_.rgb, common, common_measured, &result_.delayed);
@@ -216,8 +211,6 @@ class Scorer {
   image_t truth_message_;
   cv::Mat truth_;
   ShownVideo shown_;
-  std::optional<Pose<Map, Cam>> pose_;
-  int64_t pose_epoch_ = 0;
   std::map<int32_t, Eigen::Vector3d> points_;
   std::map<int32_t, bool> keyframes_;
   std::vector<double> coverage_, measured_;
