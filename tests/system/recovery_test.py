@@ -21,7 +21,7 @@ class Recovery(unittest.TestCase):
   carver: {{}}
   mesher: {{}}
   link: {{params: {{to_operator_delay_s: 0.1, to_robot_delay_s: 0.1}}}}
-  renderer: {{site: operator, params: {{display: headless, picture_width_px: 160, rate_hz: 2}}}}
+  renderer: {{site: operator, params: {{display: headless, picture_width_px: 160, idle_rate_hz: 2}}}}
   camera: {{start: last, params: {{source: {sequence}, loop: true}}}}
 """)
         cls.addClassCleanup(cls.folder.cleanup)
