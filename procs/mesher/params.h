@@ -12,6 +12,7 @@ struct MesherParams {
   std::string lambda_unit = "relative";
   int min_constraints = 1;
   double rate_hz = 1.0;
+  std::string export_ply;
 
   MesherOptions options() const {
     MesherOptions o;
@@ -38,6 +39,8 @@ struct MesherParams {
        .doc = "a cell counts as carved with at least so many constraints"});
     v("rate_hz", rate_hz,
       {.unit = "Hz", .min = 0.05, .max = 30, .doc = "meshes per second at most (the paper: 1)"});
+    v("export_ply", export_ply,
+      {.doc = "file that always holds the newest mesh, as PLY in map units; empty: none"});
   }
 };
 

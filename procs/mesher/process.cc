@@ -1,11 +1,14 @@
 #include "procs/mesher/process.h"
 
+#include <filesystem>
+
 #include "common/messages.h"
 
 namespace foresight {
 
 MesherProcess::MesherProcess(Node& node, const MesherParams& params)
     : node_(node),
+      params_(params),
       mesher_(params.options()),
       requester_(node, "CARVING_DELTA", Domain::kRobot),
       meshes_(node.advertise<mesh_t>(
@@ -40,14 +43,33 @@ void MesherProcess::update() {
   if (!changed_ || !receiver_.is_synchronised()) return;
   changed_ = false;
   const Time begin = node_.now();
-  mesh_t message = to_message(mesher_.update());
+  const Mesh mesh = mesher_.update();
+  mesh_t message = to_message(mesh);
   message.utime = data_time_.us;
   message.epoch = receiver_.epoch();
   message.version = last_.version + 1;
   last_ = std::move(message);
   meshes_.publish(last_);
-  node_.set_state(ProcessState::kOk, "");
+  if (export_mesh(mesh)) node_.set_state(ProcessState::kOk, "");
   publish_metrics(node_.now() - begin);
+}
+
+// A failed export is reported and does not stop the meshes.
+bool MesherProcess::export_mesh(const Mesh& mesh) {
+  if (params_.export_ply.empty()) return true;
+  // Written beside and renamed: a reader never sees half a file.
+  const std::string part = params_.export_ply + ".part";
+  if (const auto error = write_ply(mesh, part)) {
+    node_.set_state(ProcessState::kDegraded, "export_ply: " + *error);
+    return false;
+  }
+  std::error_code error;
+  std::filesystem::rename(part, params_.export_ply, error);
+  if (error) {
+    node_.set_state(ProcessState::kDegraded,
+                    "export_ply: " + params_.export_ply + ": " + error.message());
+  }
+  return !error;
 }
 
 void MesherProcess::on_request(const snapshot_request_t& request) {

@@ -23,9 +23,11 @@ class MesherProcess : public Process {
   void on_carving_delta(const carving_delta_t& message);
   void on_request(const snapshot_request_t& request);
   void update();
+  bool export_mesh(const Mesh& mesh);
   void publish_metrics(Duration elapsed);
 
   Node& node_;
+  MesherParams params_;
   Mesher mesher_;
   DeltaReceiver<carving_delta_t, CarvingDelta> receiver_;
   SnapshotRequester requester_;

@@ -90,6 +90,17 @@ class Replay(unittest.TestCase):
         carving = self.replay("carver", self.robot)
         self.compare("mesher", self.replay("mesher", f"robot={carving}"))
 
+    def test_mesher_exports_ply(self):
+        carving = self.replay("carver", self.robot)
+        ply = self.path / "mesh.ply"
+        self.replay("mesher", f"robot={carving}", extra=["--set", f"export_ply={ply}"])
+        self.assertTrue(ply.read_bytes().startswith(b"ply\nformat binary_little_endian"))
+        missing = self.replay("mesher", f"robot={carving}",
+                              extra=["--set", f"export_ply={self.path}/no/such/folder/m.ply"])
+        text = "\n".join(text_of(missing))
+        self.assertIn("MESH mesh_t", text, "a failed export does not stop the meshes")
+        self.assertIn("no/such/folder", text, "health says why")
+
     def test_link(self):
         self.compare("link", self.replay("link", self.robot, self.operator,
                                          extra=["--set", "to_operator_jitter_s=0.02",
