@@ -11,6 +11,7 @@
 #include "common/errors.h"
 #include "common/live_host.h"
 #include "common/node.h"
+#include "common/realtime.h"
 #include "foresight/image_t.hpp"
 
 namespace foresight {
@@ -102,6 +103,9 @@ int run(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   LiveHost host(o.robot_url, o.operator_url);
   Bench bench(o, host);
+  if (!schedule_in_real_time(20)) {
+    std::fprintf(stderr, "link-bench: no right to real-time scheduling: its own delays count too\n");
+  }
   host.run();
   return bench.report();
 }

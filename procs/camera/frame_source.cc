@@ -1,5 +1,6 @@
 #include "procs/camera/frame_source.h"
 
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -30,6 +31,15 @@ std::vector<uint8_t> read_bytes(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
+// Seconds as text; nothing when it is no time (1970 to 5138).
+std::optional<Time> parse_stamp(const std::string& text) {
+  double stamp_s = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), stamp_s);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  if (!(stamp_s >= 0 && stamp_s < 1e11)) return std::nullopt;
+  return Time{seconds(stamp_s).us};
+}
+
 class FolderSource : public FrameSource {
  public:
   explicit FolderSource(const std::string& folder) : folder_(folder) {
@@ -43,13 +53,15 @@ class FolderSource : public FrameSource {
     for (int number = 1; std::getline(file, line); ++number) {
       if (line.empty() || line[0] == '#') continue;
       std::istringstream words(line);
-      double stamp_s = 0;
-      std::string name;
-      if (!(words >> stamp_s >> name)) {
+      std::string stamp, name;
+      words >> stamp >> name;
+      const std::optional<Time> time = parse_stamp(stamp);
+      const bool increases = entries_.empty() || (time && *time > entries_.back().time);
+      if (!time || !increases || name.empty()) {
         throw ConfigError("source: " + list + ":" + std::to_string(number) +
-                          ": must be 'seconds file'");
+                          ": must be 'seconds file', with increasing seconds");
       }
-      entries_.push_back({{seconds(stamp_s).us}, name});
+      entries_.push_back({*time, name});
     }
     if (entries_.empty()) throw ConfigError("source: " + list + ": lists no frames");
   }

@@ -43,10 +43,10 @@ CameraProcess::CameraProcess(Node& node, const CameraParams& params)
 
 void CameraProcess::start() {
   source_ = open_frame_source(params_.source);
-  for (int i = 0; i < params_.first_frame; ++i) {
-    if (!source_->next()) throw ConfigError("first_frame: the source has fewer frames");
+  std::optional<Frame> first = skip_to_first_frame();
+  if (!first && params_.first_frame > 0 && source_->error().empty()) {
+    throw ConfigError("first_frame: " + params_.source + " has fewer frames");
   }
-  std::optional<Frame> first = source_->next();
   if (!first) throw UnavailableError("source: " + params_.source + ": no frame: " +
                                      source_->error());
   const CameraModel camera = choose_camera(*first);
@@ -66,6 +66,12 @@ void CameraProcess::start() {
     next_ = std::move(first);
     node_.at(node_.now() + kFirstFrameDelay, [this] { publish_recorded(); });
   }
+}
+
+std::optional<Frame> CameraProcess::skip_to_first_frame() {
+  std::optional<Frame> frame = source_->next();
+  for (int i = 0; frame && i < params_.first_frame; ++i) frame = source_->next();
+  return frame;
 }
 
 CameraModel CameraProcess::choose_camera(const Frame& first) {
@@ -127,9 +133,9 @@ void CameraProcess::prepare_next() {
   next_ = source_->next();
   if (!next_ && source_->error().empty() && params_.loop) {
     source_->rewind();
-    next_ = source_->next();
+    next_ = skip_to_first_frame();
     // The next pass goes on where this one ends, one frame later.
-    base_ = last_published_ + milliseconds(33);
+    base_ = base_ + seconds((last - first_stamp_).seconds() / params_.speed) + milliseconds(33);
     first_stamp_ = next_ ? next_->time : last;
   }
   if (!next_) return end_of_source();
@@ -147,9 +153,8 @@ void CameraProcess::on_pose(const camera_pose_t& pose) {
 
 // Nobody answered for a while (slam restarted, say): go on rather than wait for ever.
 void CameraProcess::on_stall() {
-  const bool stalled = began_ && next_ && !ended_ && published_ == stall_mark_;
+  if (began_ && next_ && !ended_ && published_ == stall_mark_) publish_recorded();
   stall_mark_ = published_;
-  if (stalled) publish_recorded();
 }
 
 void CameraProcess::end_of_source() {

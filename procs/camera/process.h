@@ -29,6 +29,7 @@ class CameraProcess : public Process {
 
  private:
   CameraModel choose_camera(const Frame& first);
+  std::optional<Frame> skip_to_first_frame();
   void publish_info();
   void read_device();
   void prepare_next();

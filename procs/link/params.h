@@ -13,6 +13,7 @@ struct LinkParams {
   std::string to_operator_channels = "CAMERA_INFO VIEW MESH HEALTH";
   std::string to_robot_channels = "SNAPSHOT_REQUEST SLAM_COMMAND";
   int seed = 1;
+  bool realtime = true;
 
   template <class V>
   void visit(V& v) {
@@ -31,6 +32,8 @@ struct LinkParams {
     v("to_robot_channels", to_robot_channels,
       {.doc = "channels passed from the operator's to the robot's site"});
     v("seed", seed, {.unit = "1", .min = 0, .max = 2e9, .doc = "of jitter, loss and re-ordering"});
+    v("realtime", realtime,
+      {.doc = "real-time scheduling where it is permitted: delays stay exact under load"});
   }
 
  private:

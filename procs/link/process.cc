@@ -3,10 +3,18 @@
 #include <algorithm>
 #include <sstream>
 
+#include "common/realtime.h"
+
 namespace foresight {
+namespace {
+
+constexpr int kRealtimePriority = 10;  // below a robot's control loops
+
+}  // namespace
 
 LinkProcess::LinkProcess(Node& node, const LinkParams& params)
     : node_(node),
+      realtime_(params.realtime),
       to_operator_(params.to_operator, static_cast<uint32_t>(params.seed)),
       to_robot_(params.to_robot, static_cast<uint32_t>(params.seed) + 1) {
   for (Domain domain : {Domain::kRobot, Domain::kOperator}) {
@@ -17,6 +25,12 @@ LinkProcess::LinkProcess(Node& node, const LinkParams& params)
   connect(params.to_robot_channels, Domain::kOperator, &to_robot_);
   node.every(seconds(1), "stats", [this] { publish_stats(); });
   node.at(node.now(), [this] { node_.set_state(ProcessState::kOk, ""); });
+}
+
+void LinkProcess::start() {
+  if (node_.is_simulated()) return;
+  const bool permitted = realtime_ && schedule_in_real_time(kRealtimePriority);
+  node_.set_metric("realtime", permitted ? 1 : 0);
 }
 
 void LinkProcess::connect(const std::string& channels, Domain from, Shaper* shaper) {
@@ -43,10 +57,8 @@ void LinkProcess::on_message(Flow* flow, std::span<const uint8_t> bytes) {
   ++flow->queued;
   std::vector<uint8_t> copy(bytes.begin(), bytes.end());
   const int64_t sequence = ++flow->sequence;
-  node_.at(plan->departure,
-           [this, flow, copy = std::move(copy), arrival, planned = plan->departure, sequence] {
-             depart(flow, copy, arrival, planned, sequence);
-           });
+  node_.at(plan->departure, [this, flow, copy = std::move(copy), arrival, planned = plan->departure,
+                             sequence] { depart(flow, copy, arrival, planned, sequence); });
 }
 
 void LinkProcess::depart(Flow* flow, const std::vector<uint8_t>& bytes, Time arrival, Time planned,

@@ -22,6 +22,7 @@ class LinkProcess : public Process {
       "link", "Passes channels between the two sites with a shaped delay.", Domain::kRobot, true};
 
   LinkProcess(Node& node, const LinkParams& params);
+  void start() override;
 
  private:
   struct Flow {
@@ -42,6 +43,7 @@ class LinkProcess : public Process {
   void publish_stats();
 
   Node& node_;
+  bool realtime_;
   Shaper to_operator_, to_robot_;
   std::deque<Flow> flows_;  // addresses stay valid
   std::vector<Publisher<link_stats_t>> stats_;
