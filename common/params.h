@@ -13,7 +13,9 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <iomanip>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -113,10 +115,19 @@ class ParamLoader {
   static void check_range(const std::string& key, double value, const ParamSpec& spec,
                           const std::string& origin);
   template <class T>
+  static std::string value_text(const T& value) {
+    if constexpr (std::is_floating_point_v<T>) {
+      std::ostringstream text;
+      text << std::setprecision(9) << value;  // 0.15, not 0.14999999999999999
+      return text.str();
+    } else {
+      return text_of(YAML::Node(value));
+    }
+  }
+  template <class T>
   static ParamDescription describe(const char* key, const T& value, const ParamSpec& spec) {
-    YAML::Node node(value);
-    return {key, type_name<T>(), text_of(node), spec.unit, spec.doc, spec.min, spec.max,
-            spec.choices};
+    return {key,      type_name<T>(), value_text(value), spec.unit, spec.doc,
+            spec.min, spec.max,       spec.choices};
   }
 
   ParamSource* source_;

@@ -1,7 +1,9 @@
 #include "common/process_main.h"
 
 #include <CLI/CLI.hpp>
+#include <iomanip>
 #include <iostream>
+#include <sstream>
 
 #include "common/lcm_log.h"
 #include "common/live_host.h"
@@ -29,7 +31,11 @@ class DescribeHost : public Host {
   void stop(int) override {}
 };
 
-std::string number(double v) { return YAML::Dump(YAML::Node(v)); }
+std::string number(double v) {
+  std::ostringstream text;
+  text << std::setprecision(9) << v;
+  return text.str();
+}
 
 std::string range_of(const ParamDescription& d) {
   std::string text;
@@ -42,7 +48,7 @@ std::string range_of(const ParamDescription& d) {
 std::string params_help(const std::vector<ParamDescription>& params) {
   std::string text = "\nParameters (--params FILE, --set key=value):\n";
   for (const ParamDescription& d : params) {
-    const std::string unit = d.unit.empty() ? "" : " " + d.unit;
+    const std::string unit = d.unit.empty() || d.unit == "1" ? "" : " " + d.unit;
     const std::string range = range_of(d);
     text += "  " + d.key + " = " + (d.value.empty() ? "''" : d.value) + unit +
             (range.empty() ? "" : "   " + range) + "\n      " + d.doc + "\n";

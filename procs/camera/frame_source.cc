@@ -4,6 +4,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
@@ -98,9 +99,10 @@ class VideoSource : public FrameSource {
  public:
   explicit VideoSource(const std::string& path) : path_(path) { rewind(); }
   void rewind() override {
-    capture_.open(path_);
+    capture_.open(path_, cv::CAP_FFMPEG);
     if (!capture_.isOpened()) {
-      throw UnavailableError("source: " + path_ + ": cannot be opened as a video");
+      throw UnavailableError("source: " + path_ +
+                             ": is not a video that ffmpeg can read");
     }
     const double fps = capture_.get(cv::CAP_PROP_FPS);
     frame_s_ = fps > 0 ? 1.0 / fps : 1.0 / 30;
@@ -157,6 +159,8 @@ class DeviceSource : public FrameSource {
 
 std::unique_ptr<FrameSource> open_frame_source(const std::string& source) {
   namespace fs = std::filesystem;
+  // What goes wrong is said by us, in one line.
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   if (source.empty()) {
     throw ConfigError("source: missing; give --set source=FOLDER|VIDEO|/dev/videoN");
   }
