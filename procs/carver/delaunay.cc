@@ -61,6 +61,7 @@ void Delaunay::clear() {
 }
 
 std::vector<size_t> Delaunay::spatial_order(std::span<const VertexSite> sites) {
+  if (sites.empty()) return {};  // CGAL takes the address of the first
   std::vector<Kernel::Point_3> points;
   points.reserve(sites.size());
   for (const VertexSite& site : sites) points.push_back(to_cgal(site.position));
