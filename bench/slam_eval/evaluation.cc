@@ -42,6 +42,22 @@ void print_frame(size_t index, const TrackingResult& r) {
               r.reason.c_str());
 }
 
+void judge_quality(const Sequence& sequence, const Similarity<World, Map>& world_from_map,
+                   int epoch, Evaluation* e) {
+  std::vector<double> right;
+  for (const auto* answers : {&e->placed, &e->lost}) {
+    for (const PlacedImage& p : *answers) {
+      const auto truth = sequence.truth_at(p.time);
+      if (p.epoch != epoch || !truth) continue;
+      const double error =
+          (world_from_map * p.map_from_cam.translation() - truth->translation()).norm();
+      if (error < 0.05 && p.state == TrackingState::kTracking) right.push_back(p.quality);
+      if (error > 0.1) e->wrong_quality_max = std::max(e->wrong_quality_max, p.quality);
+    }
+  }
+  if (!right.empty()) e->right_quality_p05 = quantile(std::move(right), 0.05);
+}
+
 void score(const Sequence& sequence, Evaluation* e) {
   std::map<int, int> per_epoch;
   for (const PlacedImage& p : e->placed) ++per_epoch[p.epoch];
@@ -67,6 +83,7 @@ void score(const Sequence& sequence, Evaluation* e) {
     if (error > 0.1) ++e->wrong_by_10_cm;
   }
   e->ate_rmse_m = std::sqrt(squared / static_cast<double>(in_map.size()));
+  judge_quality(sequence, world_from_map, best_epoch, e);
 }
 
 // The delta after an image that became a keyframe names it: its newest new keyframe.
@@ -78,12 +95,15 @@ void note_keyframe(const MapDelta& delta, Time time, std::map<int32_t, Time>* ti
 
 void note_pose(const TrackingResult& r, int frame, Duration since_start, Evaluation* e) {
   ++e->frames;
+  if (r.state == TrackingState::kLost) {
+    e->lost.push_back({r.time, r.state, r.epoch, r.map_from_cam, r.quality});
+  }
   if (r.state != TrackingState::kTracking) return;
   if (e->first_frame < 0) {
     e->first_frame = frame;
     e->init_s = since_start.seconds();
   }
-  e->placed.push_back({r.time, r.epoch, r.map_from_cam, r.quality});
+  e->placed.push_back({r.time, r.state, r.epoch, r.map_from_cam, r.quality});
 }
 
 void summarise_times(const std::vector<double>& track_ms, const std::vector<double>& job_ms,

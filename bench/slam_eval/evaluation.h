@@ -12,8 +12,10 @@
 
 namespace foresight {
 
+/// One answer of the core that carries a pose: placed, or the guess while lost.
 struct PlacedImage {
   Time time;
+  TrackingState state = TrackingState::kTracking;
   int epoch = 0;
   Pose<Map, Cam> map_from_cam;
   double quality = 0;
@@ -23,12 +25,17 @@ struct Evaluation {
   std::string sequence;
   int frames = 0;
   std::vector<PlacedImage> placed;
+  std::vector<PlacedImage> lost;
   double tracked_fraction = 0;
   int first_frame = -1;    // first with a pose
   double init_s = -1;      // its time since the first image
   double ate_rmse_m = -1;  // of the epoch with the most poses; −1 without truth
   double ate_max_m = -1;
-  int wrong_by_10_cm = 0;
+  int wrong_by_10_cm = 0;  // of the placed
+  // Is a mistrack recognisable? Qualities of placed images within 5 cm, and of all answers (lost
+  // ones too) that are off by more than 10 cm; −1: there was none.
+  double right_quality_p05 = -1;
+  double wrong_quality_max = -1;
   double track_ms_median = 0, track_ms_p95 = 0;
   double job_ms_median = 0, job_ms_max = 0;
   int jobs = 0;

@@ -26,6 +26,10 @@ void print(const Evaluation& e) {
       100 * e.ate_rmse_m, 100 * e.ate_max_m, e.wrong_by_10_cm, e.track_ms_median, e.track_ms_p95,
       e.jobs, e.job_ms_median, e.job_ms_max, e.peak_mb, s.keyframes, s.points, s.published_points,
       s.losses, s.relocalisations, s.restarts);
+  std::printf(
+      "             quality: %.2f 5th percentile of right poses, %.2f highest of those off by "
+      "10 cm\n",
+      e.right_quality_p05, e.wrong_quality_max);
   if (e.depth.compared == 0) return;
   std::printf(
       "             depth of %d points: median error %.2f %%, %.1f %% within 5 %%, %.1f %% "

@@ -11,10 +11,10 @@ struct SlamOptions {
   double init_max_rms_px = 1.0;        // reprojection error of the adjusted first map
 
   // --- tracking
-  int max_tracked_points = 700;            // searched per image (cost about 3 µs each)
-  double min_quality = 0.3;                // below: lost
-  int min_found_points = 25;               // below: lost
-  double min_zncc = 0.75;                  // correlation of a patch that counts as found; 0…1
+  int max_tracked_points = 700;  // searched per image; each about 2 µs and its projection
+  double min_quality = 0.3;      // below: lost
+  int min_found_points = 25;     // below: lost
+  double min_zncc = 0.75;        // correlation of a patch that counts as found; 0…1
   double max_reprojection_error_px = 2.5;  // of an inlier, at the pyramid level of the search
 
   // --- keyframes
@@ -22,7 +22,7 @@ struct SlamOptions {
   double keyframe_min_overlap = 0.7;  // of the reference keyframe's points still in view
   double keyframe_min_interval_s = 0.1;
   int seeds_per_keyframe = 350;  // corners whose depth is searched for
-  int max_seed_searches = 500;   // per image (cost about 5 µs each)
+  int max_seed_searches = 500;   // per image
 
   // --- new points
   double point_min_parallax_deg = 1.5;  // largest angle among its rays

@@ -145,7 +145,7 @@ TrackingAttempt track_points(const CameraModel& camera, const SlamMap& map,
             [](const PointMatch& a, const PointMatch& b) { return a.point_id < b.point_id; });
   const auto found = static_cast<double>(attempt.inliers.size());
   attempt.quality = std::min(1.0, found / std::max(1.0, fine.expected)) *
-                    std::min(1.0, found / options.min_found_points);
+                    std::min(1.0, found / (2.0 * options.min_found_points));
   return attempt;
 }
 

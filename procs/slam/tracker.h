@@ -21,7 +21,8 @@ struct TrackingAttempt {
   Pose<Map, Cam> map_from_cam;
   std::vector<int32_t> searched;    // points looked for in the fine search
   std::vector<PointMatch> inliers;  // sorted by point id
-  /// Inliers / expected from each point's history, at most 1; less if there are very few.
+  /// Inliers / expected from each point's history, at most 1; scaled down below
+  /// 2 × min_found_points inliers: few points are weak evidence.
   double quality = 0;
   double sigma_px = 0;  // of the reprojection errors
 };
