@@ -78,6 +78,10 @@ void print_table(const std::vector<EvaluationResult>& results) {
                 name_of(r).c_str(), r.delay_s, r.frames,
                 100.0 * r.predicted_frames / std::max(1, r.frames_after_init),
                 r.first_prediction_s, r.scored_frames);
+    if (r.scored_frames == 0) {
+      std::printf("  there was no predicted view to score: the model needs more frames\n");
+      continue;
+    }
     std::printf("  coverage %.1f %% of the picture (%.1f %% on measured surface); %d points, %d "
                 "keyframes, %d triangles\n",
                 100 * r.coverage, 100 * r.measured, r.map_points, r.keyframes, r.triangles);
