@@ -14,8 +14,9 @@ namespace {
 YAML::Node load_yaml(const std::string& path) {
   std::ifstream file(path);
   if (!file) {
-    throw ConfigError(path + ": camera file cannot be read (model, width, height, fx, fy, cx, cy, "
-                             "k1, k2, p1, p2, k3 as YAML)");
+    throw ConfigError(path +
+                      ": camera file cannot be read (model, width, height, fx, fy, cx, cy, "
+                      "k1, k2, p1, p2, k3 as YAML)");
   }
   std::stringstream text;
   std::string line;

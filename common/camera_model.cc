@@ -37,8 +37,7 @@ Vector2d distort_equidistant(const std::array<double, 5>& k, const Vector2d& p,
   const double theta_d = theta * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
   const double scale = theta_d / r;
   if (jacobian != nullptr) {
-    const double d_theta =
-        1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
+    const double d_theta = 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
     const double d_r = d_theta / (1 + r * r);  // of theta_d by r
     const Vector2d u = p / r;
     *jacobian = scale * Matrix2d::Identity() + (d_r - scale) * u * u.transpose();
@@ -91,10 +90,10 @@ void CameraModel::prepare() {
   double last = 0;
   for (double r = 0.005; r < max_radius; r += 0.005) {
     const Vector2d p(r, 0);
-    const double d = lens == LensModel::kRadtan
-                         ? r * (1 + r * r * (distortion[0] +
-                                             r * r * (distortion[1] + r * r * distortion[4])))
-                         : distort_equidistant(distortion, p, nullptr).x();
+    const double d =
+        lens == LensModel::kRadtan
+            ? r * (1 + r * r * (distortion[0] + r * r * (distortion[1] + r * r * distortion[4])))
+            : distort_equidistant(distortion, p, nullptr).x();
     if (d <= last) {
       max_radius = r - 0.01;
       break;

@@ -38,7 +38,8 @@ struct CameraModel {
   Eigen::Vector2d unproject(const Eigen::Vector2d& pixel) const;
 
   /// Largest |(x, y)| for which the distortion polynomial is monotonic, so that a ray farther out
-  /// cannot alias into the image. Cached by prepare(); load_camera_file() and from_message() call it.
+  /// cannot alias into the image. Cached by prepare(); load_camera_file() and from_message() call
+  /// it.
   double max_radius = 1e9;
   void prepare();
 

@@ -1,7 +1,8 @@
 // What changed in the carved Delaunay tetrahedralisation: the core type behind carving_delta_t
 // (carver → mesher). A snapshot is a delta that is applied to an empty carving.
 // Order of application: cells_removed, vertices_removed, vertices_set, cells_added, cells_updated.
-// After each delta the cells tile the convex hull of the vertices: every facet has one or two cells.
+// After each delta the cells tile the convex hull of the vertices: every facet has one or two
+// cells.
 #pragma once
 
 #include <Eigen/Core>

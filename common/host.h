@@ -1,6 +1,6 @@
-// What a process needs from its surroundings: a clock, a bus, timers, one worker. Three hosts exist:
-// LiveHost (LCM, wall clock), Simulation (many processes, one thread, one simulated clock; also
-// replays logs) and DescribeHost (only --describe). A process cannot tell them apart.
+// What a process needs from its surroundings: a clock, a bus, timers, one worker. Three hosts
+// exist: LiveHost (LCM, wall clock), Simulation (many processes, one thread, one simulated clock;
+// also replays logs) and DescribeHost (only --describe). A process cannot tell them apart.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ namespace foresight {
 enum class Domain : uint8_t { kRobot, kOperator };
 const char* to_string(Domain domain);
 
-/// A job for the worker: runs on copied data, returns what to do with its result on the main thread.
+/// A job for the worker: runs on copied data, returns what to do with its result on the main
+/// thread.
 using Job = std::function<std::function<void()>()>;
 
 /// Full queues: keep every message, or only the newest (the rest is counted as skipped).
@@ -34,7 +35,8 @@ class Host {
 
   virtual ~Host() = default;
   virtual Time now() const = 0;
-  /// On a simulated clock handlers take no time, and no figure of the real machine may be published.
+  /// On a simulated clock handlers take no time, and no figure of the real machine may be
+  /// published.
   virtual bool is_simulated() const = 0;
   virtual void publish(Domain domain, const std::string& channel,
                        std::span<const uint8_t> bytes) = 0;

@@ -20,8 +20,7 @@ std::optional<Image> decode_jpeg_with(void* decoder, const image_t& message, int
   int width = 0, height = 0, subsampling = 0, colourspace = 0;
   const auto* data = message.data.data();
   const auto size = static_cast<unsigned long>(message.data.size());
-  if (tjDecompressHeader3(decoder, data, size, &width, &height, &subsampling,
-                          &colourspace) != 0) {
+  if (tjDecompressHeader3(decoder, data, size, &width, &height, &subsampling, &colourspace) != 0) {
     return std::nullopt;
   }
   if (width != message.width_px || height != message.height_px) return std::nullopt;
@@ -77,10 +76,10 @@ void encode_jpeg(const Image& image, int quality, image_t* message) {
   static thread_local const Handle encoder(tjInitCompress());
   unsigned char* data = nullptr;
   unsigned long size = 0;
-  const int status = tjCompress2(encoder.get(), image.bytes.data(), image.width_px,
-                                 image.width_px * image.channels, image.height_px,
-                                 pixel_format(image.channels), &data, &size,
-                                 image.channels == 1 ? TJSAMP_GRAY : TJSAMP_420, quality, 0);
+  const int status =
+      tjCompress2(encoder.get(), image.bytes.data(), image.width_px,
+                  image.width_px * image.channels, image.height_px, pixel_format(image.channels),
+                  &data, &size, image.channels == 1 ? TJSAMP_GRAY : TJSAMP_420, quality, 0);
   FORESIGHT_CHECK(status == 0);
   message->width_px = static_cast<int16_t>(image.width_px);
   message->height_px = static_cast<int16_t>(image.height_px);

@@ -133,7 +133,8 @@ void LiveHost::call_every(Duration period, std::function<void()> call) {
 
 void LiveHost::call_at(Time time, std::function<void()> call) {
   const int64_t due = monotonic_us() + (time - now()).us;
-  timers_.push({due, timer_order_++, {0}, std::make_shared<std::function<void()>>(std::move(call))});
+  timers_.push(
+      {due, timer_order_++, {0}, std::make_shared<std::function<void()>>(std::move(call))});
 }
 
 void LiveHost::run_job(Job job, Duration) {

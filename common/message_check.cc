@@ -19,14 +19,20 @@ uint64_t read_big_endian(const uint8_t* p, size_t size) {
 size_t size_of(FieldKind kind) {
   switch (kind) {
     case FieldKind::kInt8:
-    case FieldKind::kByte: return 1;
-    case FieldKind::kInt16: return 2;
+    case FieldKind::kByte:
+      return 1;
+    case FieldKind::kInt16:
+      return 2;
     case FieldKind::kInt32:
-    case FieldKind::kFloat: return 4;
+    case FieldKind::kFloat:
+      return 4;
     case FieldKind::kInt64:
-    case FieldKind::kDouble: return 8;
-    case FieldKind::kString: return 5;  // at least: length and NUL
-    case FieldKind::kStruct: return 0;  // see smallest_size
+    case FieldKind::kDouble:
+      return 8;
+    case FieldKind::kString:
+      return 5;  // at least: length and NUL
+    case FieldKind::kStruct:
+      return 0;  // see smallest_size
   }
   return 0;
 }
@@ -112,9 +118,14 @@ class Walker {
       case FieldKind::kDouble:
         if (!std::isfinite(std::bit_cast<double>(raw))) return fail(field, "not finite");
         break;
-      case FieldKind::kInt16: *integer = static_cast<int16_t>(raw); break;
-      case FieldKind::kInt32: *integer = static_cast<int32_t>(raw); break;
-      default: *integer = static_cast<int64_t>(raw);
+      case FieldKind::kInt16:
+        *integer = static_cast<int16_t>(raw);
+        break;
+      case FieldKind::kInt32:
+        *integer = static_cast<int32_t>(raw);
+        break;
+      default:
+        *integer = static_cast<int64_t>(raw);
     }
     return true;
   }

@@ -17,8 +17,8 @@ enum class FieldKind { kInt8, kByte, kInt16, kInt32, kInt64, kFloat, kDouble, kS
 struct MessageSchema;
 
 struct FieldDimension {
-  int64_t constant;   // used when size_field < 0
-  int size_field;     // index of the earlier integer field that holds the size
+  int64_t constant;  // used when size_field < 0
+  int size_field;    // index of the earlier integer field that holds the size
 };
 
 struct FieldSchema {

@@ -60,14 +60,20 @@ class TextWalker {
   }
   Number number(FieldKind kind) {
     switch (kind) {
-      case FieldKind::kInt8: return {true, static_cast<int8_t>(raw(1)), 0};
-      case FieldKind::kByte: return {true, static_cast<int64_t>(raw(1)), 0};
-      case FieldKind::kInt16: return {true, static_cast<int16_t>(raw(2)), 0};
-      case FieldKind::kInt32: return {true, static_cast<int32_t>(raw(4)), 0};
+      case FieldKind::kInt8:
+        return {true, static_cast<int8_t>(raw(1)), 0};
+      case FieldKind::kByte:
+        return {true, static_cast<int64_t>(raw(1)), 0};
+      case FieldKind::kInt16:
+        return {true, static_cast<int16_t>(raw(2)), 0};
+      case FieldKind::kInt32:
+        return {true, static_cast<int32_t>(raw(4)), 0};
       case FieldKind::kFloat:
         return {false, 0, std::bit_cast<float>(static_cast<uint32_t>(raw(4)))};
-      case FieldKind::kDouble: return {false, 0, std::bit_cast<double>(raw(8))};
-      default: return {true, static_cast<int64_t>(raw(8)), 0};
+      case FieldKind::kDouble:
+        return {false, 0, std::bit_cast<double>(raw(8))};
+      default:
+        return {true, static_cast<int64_t>(raw(8)), 0};
     }
   }
   std::string string() {

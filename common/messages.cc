@@ -102,8 +102,7 @@ std::optional<CameraModel> from_message(const camera_info_t& m) {
     return std::nullopt;
   }
   CameraModel camera;
-  camera.lens =
-      m.lens == camera_info_t::LENS_RADTAN ? LensModel::kRadtan : LensModel::kEquidistant;
+  camera.lens = m.lens == camera_info_t::LENS_RADTAN ? LensModel::kRadtan : LensModel::kEquidistant;
   camera.width_px = m.width_px;
   camera.height_px = m.height_px;
   camera.fx_px = m.fx_px;
@@ -173,9 +172,8 @@ bool append(const map_delta_t& part, MapDelta* delta) {
   for (int32_t i = 0; i < part.n_keyframes; ++i) {
     const auto q = read_rotation(part.keyframe_map_from_cam_quat_wxyz[i].data());
     if (!q) return false;
-    keyframes.push_back(
-        {part.keyframe_ids[i],
-         {*q, Eigen::Vector3d(part.keyframe_map_from_cam_position_mu[i].data())}});
+    keyframes.push_back({part.keyframe_ids[i],
+                         {*q, Eigen::Vector3d(part.keyframe_map_from_cam_position_mu[i].data())}});
   }
   delta->keyframes_set.insert(delta->keyframes_set.end(), keyframes.begin(), keyframes.end());
   for (int32_t i = 0; i < part.n_observations_removed; ++i) {

@@ -1,10 +1,10 @@
 #include "common/node.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-
-#include <unistd.h>
 
 #include "common/check.h"
 
@@ -24,21 +24,25 @@ void log_line(const std::string& name, const std::string& line) {
 
 const char* to_string(ProcessState state) {
   switch (state) {
-    case ProcessState::kStarting: return "starting";
-    case ProcessState::kOk: return "ok";
-    case ProcessState::kWaiting: return "waiting";
-    case ProcessState::kDegraded: return "degraded";
-    case ProcessState::kFailed: return "failed";
-    case ProcessState::kDone: return "done";
+    case ProcessState::kStarting:
+      return "starting";
+    case ProcessState::kOk:
+      return "ok";
+    case ProcessState::kWaiting:
+      return "waiting";
+    case ProcessState::kDegraded:
+      return "degraded";
+    case ProcessState::kFailed:
+      return "failed";
+    case ProcessState::kDone:
+      return "done";
   }
   return "?";
 }
 
 }  // namespace
 
-const char* to_string(Domain domain) {
-  return domain == Domain::kRobot ? "robot" : "operator";
-}
+const char* to_string(Domain domain) { return domain == Domain::kRobot ? "robot" : "operator"; }
 
 Node::Node(std::string name, Host& host, std::vector<Domain> health_domains)
     : name_(std::move(name)), host_(host), started_(host.now()), measured_at_(host.now()) {
@@ -65,8 +69,7 @@ PortRecord* Node::add_port(const PortSpec& spec, const std::string& type, bool i
 }
 
 void Node::listen(PortRecord* port, Queue queue, Host::Handler handler) {
-  host_.subscribe(port->spec.domain, port->spec.channel, queue, &port->skipped,
-                  std::move(handler));
+  host_.subscribe(port->spec.domain, port->spec.channel, queue, &port->skipped, std::move(handler));
 }
 
 void Node::subscribe_raw(const PortSpec& spec, Queue queue, Host::Handler handler) {

@@ -95,8 +95,7 @@ class Node {
     return {this, add_port(spec, Message::getTypeName(), false)};
   }
   template <class Message>
-  void subscribe(const PortSpec& spec, Queue queue,
-                 std::function<void(const Message&)> handler) {
+  void subscribe(const PortSpec& spec, Queue queue, std::function<void(const Message&)> handler) {
     PortRecord* port = add_port(spec, Message::getTypeName(), true);
     const MessageSchema* schema = find_schema(Message::getTypeName());
     listen(port, queue, [this, port, schema, handler = std::move(handler)](auto bytes) {
@@ -162,7 +161,8 @@ class Node {
   double cpu_mark_s_ = 0, cpu_share_ = 0;
 };
 
-/// A process: its constructor takes (Node&, const Params&) and declares; start() opens what may fail.
+/// A process: its constructor takes (Node&, const Params&) and declares; start() opens what may
+/// fail.
 class Process {
  public:
   virtual ~Process() = default;

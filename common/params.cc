@@ -67,8 +67,8 @@ void ParamSource::refuse_leftovers(const std::vector<ParamDescription>& known) c
     if (e.taken) continue;
     std::string names;
     for (const ParamDescription& d : known) names += (names.empty() ? "" : ", ") + d.key;
-    throw ConfigError(e.origin + ": " + e.key + ": unknown parameter; known: " +
-                      (names.empty() ? "none" : names));
+    throw ConfigError(e.origin + ": " + e.key +
+                      ": unknown parameter; known: " + (names.empty() ? "none" : names));
   }
 }
 
@@ -94,8 +94,8 @@ void ParamLoader::check_range(const std::string& key, double value, const ParamS
                               const std::string& origin) {
   if (std::isfinite(value) && value >= spec.min && value <= spec.max) return;
   const auto text = [](double v) { return YAML::Dump(YAML::Node(v)); };
-  refuse(origin, key, text(value) + " is outside [" + text(spec.min) + ", " + text(spec.max) + "] " +
-                          spec.unit);
+  refuse(origin, key,
+         text(value) + " is outside [" + text(spec.min) + ", " + text(spec.max) + "] " + spec.unit);
 }
 
 }  // namespace foresight

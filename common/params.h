@@ -39,7 +39,8 @@ struct ParamDescription {
   std::vector<std::string> choices;
 };
 
-/// Values for parameters: from a YAML map, then from key=value overrides. Remembers which were used.
+/// Values for parameters: from a YAML map, then from key=value overrides. Remembers which were
+/// used.
 class ParamSource {
  public:
   ParamSource() = default;
@@ -87,10 +88,14 @@ class ParamLoader {
 
   template <class T>
   static constexpr const char* type_name() {
-    if constexpr (std::is_same_v<T, bool>) return "bool";
-    else if constexpr (std::is_integral_v<T>) return "int";
-    else if constexpr (std::is_floating_point_v<T>) return "float";
-    else return "string";
+    if constexpr (std::is_same_v<T, bool>)
+      return "bool";
+    else if constexpr (std::is_integral_v<T>)
+      return "int";
+    else if constexpr (std::is_floating_point_v<T>)
+      return "float";
+    else
+      return "string";
   }
   template <class T>
   static T parse(const YAML::Node& node, const std::string& key, const std::string& origin) {
@@ -126,8 +131,8 @@ class ParamLoader {
   }
   template <class T>
   static ParamDescription describe(const char* key, const T& value, const ParamSpec& spec) {
-    return {key,      type_name<T>(), value_text(value), spec.unit, spec.doc,
-            spec.min, spec.max,       spec.choices};
+    return {key,      type_name<T>(), value_text(value), spec.unit,
+            spec.doc, spec.min,       spec.max,          spec.choices};
   }
 
   ParamSource* source_;

@@ -14,8 +14,7 @@ class Simulation::ProcessHost : public Host {
   int owner() const { return owner_; }
   Time now() const override { return world_->now_; }
   bool is_simulated() const override { return true; }
-  void publish(Domain domain, const std::string& channel,
-               std::span<const uint8_t> bytes) override {
+  void publish(Domain domain, const std::string& channel, std::span<const uint8_t> bytes) override {
     auto copy = std::make_shared<const std::vector<uint8_t>>(bytes.begin(), bytes.end());
     if (world_->tap_) world_->tap_(world_->now_, domain, channel, bytes);
     world_->schedule(world_->now_, 0, [world = world_, domain, channel, copy] {
@@ -24,12 +23,11 @@ class Simulation::ProcessHost : public Host {
   }
   void subscribe(Domain domain, const std::string& channel, Queue, int64_t*,
                  Handler handler) override {
-    world_->subscriptions_.push_back(std::make_shared<Subscription>(
-        Subscription{owner_, domain, channel, std::move(handler)}));
+    world_->subscriptions_.push_back(
+        std::make_shared<Subscription>(Subscription{owner_, domain, channel, std::move(handler)}));
   }
   void call_every(Duration period, std::function<void()> call) override {
-    tick(std::make_shared<std::function<void()>>(std::move(call)), period,
-         world_->now_ + period);
+    tick(std::make_shared<std::function<void()>>(std::move(call)), period, world_->now_ + period);
   }
   void call_at(Time time, std::function<void()> call) override {
     world_->schedule(std::max(time, world_->now_), owner_, std::move(call));

@@ -23,8 +23,8 @@ namespace foresight {
 class Simulation {
  public:
   /// Sees every message as it is published.
-  using Tap = std::function<void(Time, Domain, const std::string& channel,
-                                 std::span<const uint8_t> bytes)>;
+  using Tap =
+      std::function<void(Time, Domain, const std::string& channel, std::span<const uint8_t> bytes)>;
   using Factory = std::function<std::unique_ptr<Process>(Node&)>;
 
   explicit Simulation(Time start);

@@ -43,9 +43,10 @@ std::optional<InversePlane> fit_plane(const std::vector<Vector3d>& points) {
     for (int i = 0; i < 3; ++i) rows.row(i) = points[random() % points.size()].transpose();
     if (std::abs(rows.determinant()) < 1e-9) continue;
     const InversePlane n = rows.inverse() * Vector3d::Ones();
-    const auto count = static_cast<size_t>(
-        std::count_if(points.begin(), points.end(),
-                      [&](const Vector3d& p) { return std::abs(n.dot(p) - 1) < 0.03; }));
+    const auto count =
+        static_cast<size_t>(std::count_if(points.begin(), points.end(), [&](const Vector3d& p) {
+          return std::abs(n.dot(p) - 1) < 0.03;
+        }));
     if (count > best_count) {
       best_count = count;
       best = n;

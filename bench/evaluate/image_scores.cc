@@ -29,8 +29,8 @@ cv::Mat blur(const cv::Mat& m) {
 std::optional<double> psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
   const double count = mask.empty() ? static_cast<double>(a.total()) : cv::countNonZero(mask);
   if (count == 0) return std::nullopt;
-  const double norm = mask.empty() ? cv::norm(a, b, cv::NORM_L2SQR)
-                                   : cv::norm(a, b, cv::NORM_L2SQR, mask);
+  const double norm =
+      mask.empty() ? cv::norm(a, b, cv::NORM_L2SQR) : cv::norm(a, b, cv::NORM_L2SQR, mask);
   const double mse = norm / (count * a.channels());
   return mse < 1e-9 ? kMaxPsnr_db : std::min(kMaxPsnr_db, 10 * std::log10(255.0 * 255.0 / mse));
 }
@@ -73,9 +73,9 @@ std::vector<double> feature_displacements_px(const cv::Mat& truth, const cv::Mat
 
 double percentile(std::vector<double> values, double p) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto rank = static_cast<size_t>(
-      std::clamp(std::ceil(p * static_cast<double>(values.size())) - 1, 0.0,
-                 static_cast<double>(values.size() - 1)));
+  const auto rank =
+      static_cast<size_t>(std::clamp(std::ceil(p * static_cast<double>(values.size())) - 1, 0.0,
+                                     static_cast<double>(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + static_cast<int64_t>(rank), values.end());
   return values[rank];
 }

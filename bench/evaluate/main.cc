@@ -32,14 +32,13 @@ struct Figure {
 
 std::vector<Figure> figures(const EvaluationResult& r) {
   const double init = std::max(1, r.frames_after_init);
-  std::vector<Figure> f{
-      {"delay_s", r.delay_s, 2},
-      {"frames", static_cast<double>(r.frames), 0},
-      {"first_prediction_s", r.first_prediction_s, 2},
-      {"predicted_fraction", r.predicted_frames / init, 3},
-      {"scored_frames", static_cast<double>(r.scored_frames), 0},
-      {"coverage", r.coverage, 3},
-      {"measured", r.measured, 3}};
+  std::vector<Figure> f{{"delay_s", r.delay_s, 2},
+                        {"frames", static_cast<double>(r.frames), 0},
+                        {"first_prediction_s", r.first_prediction_s, 2},
+                        {"predicted_fraction", r.predicted_frames / init, 3},
+                        {"scored_frames", static_cast<double>(r.scored_frames), 0},
+                        {"coverage", r.coverage, 3},
+                        {"measured", r.measured, 3}};
   const auto add = [&](const std::string& name, const DisplayScore& s) {
     f.push_back({"psnr_" + name + "_db", s.mean_psnr_common_db(), 2});
     f.push_back({"psnr_" + name + "_measured_db", s.mean_psnr_measured_db(), 2});
@@ -73,24 +72,27 @@ std::string name_of(const EvaluationResult& r) {
 
 void print_table(const std::vector<EvaluationResult>& results) {
   for (const EvaluationResult& r : results) {
-    std::printf("\n%s, delay %.2f s: %d frames, predicted view on %.1f %% of them after %.1f s; "
-                "%d scored\n",
-                name_of(r).c_str(), r.delay_s, r.frames,
-                100.0 * r.predicted_frames / std::max(1, r.frames_after_init),
-                r.first_prediction_s, r.scored_frames);
+    std::printf(
+        "\n%s, delay %.2f s: %d frames, predicted view on %.1f %% of them after %.1f s; "
+        "%d scored\n",
+        name_of(r).c_str(), r.delay_s, r.frames,
+        100.0 * r.predicted_frames / std::max(1, r.frames_after_init), r.first_prediction_s,
+        r.scored_frames);
     if (r.scored_frames == 0) {
       std::printf("  there was no predicted view to score: the model needs more frames\n");
       continue;
     }
-    std::printf("  coverage %.1f %% of the picture (%.1f %% on measured surface); %d points, %d "
-                "keyframes, %d triangles\n",
-                100 * r.coverage, 100 * r.measured, r.map_points, r.keyframes, r.triangles);
+    std::printf(
+        "  coverage %.1f %% of the picture (%.1f %% on measured surface); %d points, %d "
+        "keyframes, %d triangles\n",
+        100 * r.coverage, 100 * r.measured, r.map_points, r.keyframes, r.triangles);
     std::printf("  %-18s %9s %9s %9s %7s %7s %10s %9s\n", "against the truth", "PSNR dB",
                 "measured", "whole", "SSIM", "whole", "shift px", "p95 px");
     const auto row = [](const char* name, const DisplayScore& s) {
       std::printf("  %-18s %9.2f %9.2f %9.2f %7.3f %7.3f %10.2f %9.2f\n", name,
-                  s.mean_psnr_common_db(), s.mean_psnr_measured_db(), s.mean_psnr_whole_db(), s.mean_ssim_common(), s.mean_ssim_whole(),
-                  percentile(s.displacement_px, 0.5), percentile(s.displacement_px, 0.95));
+                  s.mean_psnr_common_db(), s.mean_psnr_measured_db(), s.mean_psnr_whole_db(),
+                  s.mean_ssim_common(), s.mean_ssim_whole(), percentile(s.displacement_px, 0.5),
+                  percentile(s.displacement_px, 0.95));
     };
     row("delayed video", r.delayed);
     row("best homography", r.homography);
@@ -109,7 +111,8 @@ void write_json(const std::string& path, const std::vector<EvaluationResult>& re
   file << "[\n";
   for (size_t i = 0; i < results.size(); ++i) {
     file << "  {\"sequence\": \"" << name_of(results[i]) << "\"";
-    for (const Figure& f : figures(results[i])) file << ", \"" << f.key << "\": " << number(f, true);
+    for (const Figure& f : figures(results[i]))
+      file << ", \"" << f.key << "\": " << number(f, true);
     file << "}" << (i + 1 < results.size() ? "," : "") << "\n";
   }
   file << "]\n";
@@ -122,7 +125,8 @@ void write_csv(const std::string& path, const std::vector<EvaluationResult>& res
   file << "\n";
   for (const EvaluationResult& r : results) {
     file << name_of(r);
-    for (const Figure& f : figures(r)) file << "," << (std::isfinite(f.value) ? number(f, true) : "");
+    for (const Figure& f : figures(r))
+      file << "," << (std::isfinite(f.value) ? number(f, true) : "");
     file << "\n";
   }
 }
@@ -155,8 +159,9 @@ void write_grid(const std::string& path, const std::vector<EvaluationResult>& re
 
 void declare(CLI::App& app, Options& o) {
   app.add_option("sequence", o.sequences, "folders in TUM layout, or videos")->required();
-  app.add_option("--delay", o.delays_s, "delays in s")->capture_default_str()->check(
-      CLI::Range(0.0, 10.0));
+  app.add_option("--delay", o.delays_s, "delays in s")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 10.0));
   app.add_option("--frames", o.frames, "frames to use; 0: all")->check(CLI::NonNegativeNumber);
   app.add_option("--first-frame", o.first_frame, "frames to skip")->check(CLI::NonNegativeNumber);
   app.add_option("--every", o.every, "score each Nth predicted frame")

@@ -45,10 +45,9 @@ RecordedLine::RecordedLine(const RecordedLineOptions& options) : options_(option
   add<MesherProcess>({});
   add<LinkProcess>({"to_operator_delay_s=" + text(options.delay_s), "to_robot_delay_s=0"});
   renderer_ = &add<RendererProcess>({"display=headless", "idle_rate_hz=1"});
-  const auto& camera = add<CameraProcess>({"source=" + options.sequence,
-                                           "first_frame=" + std::to_string(options.first_frame),
-                                           "frame_count=" + std::to_string(options.frame_count),
-                                           "exit_at_end=true"});
+  const auto& camera = add<CameraProcess>(
+      {"source=" + options.sequence, "first_frame=" + std::to_string(options.first_frame),
+       "frame_count=" + std::to_string(options.frame_count), "exit_at_end=true"});
   camera_ = camera.camera();
 }
 

@@ -1,5 +1,6 @@
 // The whole line on recorded video in one thread on one simulated clock: camera → slam → carver →
-// mesher → link → renderer. Two runs give the same bytes. Used by `evaluate` and by the swarm tests.
+// mesher → link → renderer. Two runs give the same bytes. Used by `evaluate` and by the swarm
+// tests.
 #pragma once
 
 #include <functional>
@@ -13,10 +14,10 @@
 namespace foresight {
 
 struct RecordedLineOptions {
-  std::string sequence;               // folder or video
-  double delay_s = 0.3;               // age of what reaches the operator
+  std::string sequence;  // folder or video
+  double delay_s = 0.3;  // age of what reaches the operator
   int first_frame = 0;
-  int frame_count = 0;                // 0: all
+  int frame_count = 0;                     // 0: all
   std::vector<std::string> settings = {};  // "process.key=value"
 };
 

@@ -20,8 +20,7 @@ double mean(const std::vector<double>& v) {
 }
 
 cv::Mat to_mat(const Image& image) {
-  return cv::Mat(image.height_px, image.width_px, CV_8UC3,
-                 const_cast<uint8_t*>(image.bytes.data()))
+  return cv::Mat(image.height_px, image.width_px, CV_8UC3, const_cast<uint8_t*>(image.bytes.data()))
       .clone();
 }
 
@@ -119,8 +118,8 @@ class Scorer {
     const auto message = decode<view_t>(bytes);
     const auto image = decode_image(message.image, 3);
     if (!image) return;
-    shown_ = {{message.utime}, undistort_(to_mat(*image)), read_pose(message.pose),
-              message.pose.epoch};
+    shown_ = {
+        {message.utime}, undistort_(to_mat(*image)), read_pose(message.pose), message.pose.epoch};
   }
   void on_prediction(const PredictedFrame& frame) {
     if (frame.pose_time != truth_time_ || shown_.rgb.empty()) return;

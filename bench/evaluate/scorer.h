@@ -22,8 +22,8 @@ struct DisplayScore {
   // Per frame: over the pixels that all three have, over those of them that show a measured
   // surface, and over the whole picture.
   std::vector<double> psnr_common_db, psnr_measured_db, psnr_whole_db;
-  std::vector<double> ssim_common, ssim_whole;        // per frame
-  std::vector<double> displacement_px;                // of all features of all frames
+  std::vector<double> ssim_common, ssim_whole;  // per frame
+  std::vector<double> displacement_px;          // of all features of all frames
   double mean_psnr_common_db() const;
   double mean_psnr_measured_db() const;
   double mean_psnr_whole_db() const;
@@ -34,10 +34,10 @@ struct DisplayScore {
 struct EvaluationResult {
   std::string sequence;
   double delay_s = 0;
-  int frames = 0;            // published by the camera
-  int frames_after_init = 0; // since the first prediction
-  int predicted_frames = 0;  // of these, with a predicted view
-  int scored_frames = 0;     // of these, scored (every Nth)
+  int frames = 0;                 // published by the camera
+  int frames_after_init = 0;      // since the first prediction
+  int predicted_frames = 0;       // of these, with a predicted view
+  int scored_frames = 0;          // of these, scored (every Nth)
   double first_prediction_s = 0;  // after the first frame
   DisplayScore delayed, homography, predicted;
   double coverage = 0;  // mean share of the predicted view's pixels that an image painted

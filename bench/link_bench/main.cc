@@ -104,7 +104,8 @@ int run(int argc, char** argv) {
   LiveHost host(o.robot_url, o.operator_url);
   Bench bench(o, host);
   if (!schedule_in_real_time(20)) {
-    std::fprintf(stderr, "link-bench: no right to real-time scheduling: its own delays count too\n");
+    std::fprintf(stderr,
+                 "link-bench: no right to real-time scheduling: its own delays count too\n");
   }
   host.run();
   return bench.report();

@@ -1,7 +1,7 @@
 // How long the mesher takes on a carving of real size: a room with boxes in it, seen by cameras on
 // a path through it. Prints ms per phase; compare ratios within one run.
 //
-//   mesh_bench [--points 10000] [--repeats 5] [--lambda 0.005]
+//   mesh-bench [--points 10000] [--repeats 5] [--lambda 0.005]
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>

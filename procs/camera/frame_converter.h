@@ -1,5 +1,5 @@
-// Turns a source's frame into IMAGE: reduces the size, removes distortion, encodes. Frames that need
-// nothing of it keep their own JPEG bytes.
+// Turns a source's frame into IMAGE: reduces the size, removes distortion, encodes. Frames that
+// need nothing of it keep their own JPEG bytes.
 #pragma once
 
 #include <optional>

@@ -101,8 +101,7 @@ class VideoSource : public FrameSource {
   void rewind() override {
     capture_.open(path_, cv::CAP_FFMPEG);
     if (!capture_.isOpened()) {
-      throw UnavailableError("source: " + path_ +
-                             ": is not a video that ffmpeg can read");
+      throw UnavailableError("source: " + path_ + ": is not a video that ffmpeg can read");
     }
     const double fps = capture_.get(cv::CAP_PROP_FPS);
     frame_s_ = fps > 0 ? 1.0 / fps : 1.0 / 30;

@@ -36,7 +36,8 @@ struct CameraParams {
       {.choices = {"rebased", "original"},
        .doc = "utime of recorded frames: as if captured when published, or as recorded"});
     v("encoding", encoding, {.choices = {"jpeg", "gray"}, .doc = "of IMAGE"});
-    v("jpeg_quality", jpeg_quality, {.unit = "1", .min = 1, .max = 100, .doc = "of encoded frames"});
+    v("jpeg_quality", jpeg_quality,
+      {.unit = "1", .min = 1, .max = 100, .doc = "of encoded frames"});
     v("max_width_px", max_width_px,
       {.unit = "px", .min = 64, .max = 8192, .doc = "wider frames are reduced to this width"});
     v("undistort", undistort, {.doc = "publish distortion-free frames and intrinsics"});

@@ -47,8 +47,8 @@ void CameraProcess::start() {
   if (!first && params_.first_frame > 0 && source_->error().empty()) {
     throw ConfigError("first_frame: " + params_.source + " has fewer frames");
   }
-  if (!first) throw UnavailableError("source: " + params_.source + ": no frame: " +
-                                     source_->error());
+  if (!first)
+    throw UnavailableError("source: " + params_.source + ": no frame: " + source_->error());
   const CameraModel camera = choose_camera(*first);
   if (size_of(*first) != std::pair(camera.width_px, camera.height_px)) {
     throw ConfigError("camera_file: is for " + std::to_string(camera.width_px) + "x" +

@@ -37,18 +37,22 @@ struct LinkParams {
   }
 
  private:
-  static inline const ParamSpec kDelay{.unit = "s", .min = 0, .max = 60,
-                                       .doc = "constant delay of this direction"};
+  static inline const ParamSpec kDelay{
+      .unit = "s", .min = 0, .max = 60, .doc = "constant delay of this direction"};
   static inline const ParamSpec kJitter{
-      .unit = "s", .min = 0, .max = 10,
+      .unit = "s",
+      .min = 0,
+      .max = 10,
       .doc = "the delay varies uniformly by plus or minus this much"};
-  static inline const ParamSpec kLoss{.unit = "1", .min = 0, .max = 1,
-                                      .doc = "share of messages dropped"};
+  static inline const ParamSpec kLoss{
+      .unit = "1", .min = 0, .max = 1, .doc = "share of messages dropped"};
   static inline const ParamSpec kReorder{
-      .unit = "1", .min = 0, .max = 1,
+      .unit = "1",
+      .min = 0,
+      .max = 1,
       .doc = "share of messages held back so that later ones overtake them"};
-  static inline const ParamSpec kRate{.unit = "B/s", .min = 0, .max = 1e12,
-                                      .doc = "capacity of this direction; 0: unlimited"};
+  static inline const ParamSpec kRate{
+      .unit = "B/s", .min = 0, .max = 1e12, .doc = "capacity of this direction; 0: unlimited"};
 };
 
 }  // namespace foresight

@@ -13,8 +13,8 @@
 
 namespace foresight {
 
-/// Connects the two sites with a shaped delay, loss, order and rate (the paper's channel, §II-D). It
-/// passes bytes without reading them: names and time-stamps are the same on both sides.
+/// Connects the two sites with a shaped delay, loss, order and rate (the paper's channel, §II-D).
+/// It passes bytes without reading them: names and time-stamps are the same on both sides.
 class LinkProcess : public Process {
  public:
   using Params = LinkParams;

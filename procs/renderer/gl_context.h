@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "procs/renderer/image.h"
+#include "common/image.h"
 
 namespace foresight {
 

@@ -7,8 +7,8 @@
 
 #include "common/camera_model.h"
 #include "common/frames.h"
+#include "common/image.h"
 #include "procs/renderer/gl_objects.h"
-#include "procs/renderer/image.h"
 #include "procs/renderer/shaders.h"
 
 namespace foresight {

@@ -29,7 +29,9 @@ struct RendererParams {
     v("picture_width_px", picture_width_px,
       {.unit = "px", .min = 64, .max = 4096, .doc = "width of one picture"});
     v("idle_rate_hz", idle_rate_hz,
-      {.unit = "Hz", .min = 0.2, .max = 60,
+      {.unit = "Hz",
+       .min = 0.2,
+       .max = 60,
        .doc = "redraws per second while no new pose arrives; a new pose is drawn at once"});
     v("stored_views", stored_views,
       {.unit = "1", .min = 1, .max = 64, .doc = "delayed images kept as textures"});

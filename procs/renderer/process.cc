@@ -228,8 +228,8 @@ void RendererProcess::read_prediction() {
   shares_ = count_sources(picture.source);
   shares_time_ = node_.now();
   if (listener_) {
-    listener_({pose_time_, texture_time_, epoch_, *pose_, camera_->undistorted(),
-               std::move(picture)});
+    listener_(
+        {pose_time_, texture_time_, epoch_, *pose_, camera_->undistorted(), std::move(picture)});
   }
 }
 

@@ -24,9 +24,9 @@ namespace foresight {
 
 /// The predicted view as it was drawn for one pose, for tests and evaluation.
 struct PredictedFrame {
-  Time pose_time;      // the "now" that it predicts
-  Time texture_time;   // of the newest image in it
-  int64_t epoch = 0;   // of the map
+  Time pose_time;     // the "now" that it predicts
+  Time texture_time;  // of the newest image in it
+  int64_t epoch = 0;  // of the map
   Pose<Map, Cam> map_from_cam;
   CameraModel camera;  // distortion-free
   RenderedFrame picture;

@@ -20,9 +20,9 @@
 
 #include "common/camera_model.h"
 #include "common/frames.h"
+#include "common/image.h"
 #include "common/mesh.h"
 #include "common/time.h"
-#include "procs/renderer/image.h"
 
 namespace foresight {
 

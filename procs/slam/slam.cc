@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "procs/slam/bundle_adjustment.h"
-#include "procs/slam/delta_stream.h"
 #include "procs/slam/initializer.h"
 #include "procs/slam/mapper.h"
 #include "procs/slam/motion_model.h"
+#include "procs/slam/published_map.h"
 #include "procs/slam/relocalizer.h"
 #include "procs/slam/slam_map.h"
 #include "procs/slam/tracker.h"
@@ -55,7 +55,7 @@ class Slam::Impl {
   void apply(MappingResult result);
   SlamStatistics statistics() const;
 
-  slam::DeltaStream& deltas() { return deltas_; }
+  slam::PublishedMap& deltas() { return deltas_; }
   slam::SlamMap& map() { return map_; }
   int epoch() const { return epoch_; }
 
@@ -78,7 +78,7 @@ class Slam::Impl {
   slam::Mapper mapper_;
   slam::MotionModel motion_;
   slam::Relocalizer relocalizer_;
-  slam::DeltaStream deltas_;
+  slam::PublishedMap deltas_;
   slam::SlamMap map_;
   int epoch_ = 0;
   TrackingState state_ = TrackingState::kInitialising;
@@ -266,7 +266,7 @@ void Slam::Impl::accept(const Frame& frame, const TrackingAttempt& attempt,
 void Slam::Impl::reset(const std::string& reason) {
   map_ = slam::SlamMap();
   mapper_ = slam::Mapper(camera_, options_);
-  deltas_ = slam::DeltaStream(camera_, options_);
+  deltas_ = slam::PublishedMap(camera_, options_);
   initializer_.restart();
   motion_ = slam::MotionModel(camera_);
   relocalizer_ = slam::Relocalizer(camera_);

@@ -1,6 +1,6 @@
-// replay-log: a small synthetic session as two LCM logs (robot and operator side), the same bytes on
-// every machine: cameras on an arc look at a bumpy wall and a box in front of it. Input of the replay
-// tests.
+// replay-log: a small synthetic session as two LCM logs (robot and operator side), the same bytes
+// on every machine: cameras on an arc look at a bumpy wall and a box in front of it. Input of the
+// replay tests.
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -166,8 +166,9 @@ void write_session(const std::string& prefix) {
 
 int main(int argc, char** argv) {
   if (argc != 2) {
-    std::fprintf(stderr, "usage: replay-log PREFIX   writes PREFIX.robot.lcmlog and "
-                         "PREFIX.operator.lcmlog\n");
+    std::fprintf(stderr,
+                 "usage: replay-log PREFIX   writes PREFIX.robot.lcmlog and "
+                 "PREFIX.operator.lcmlog\n");
     return 64;
   }
   try {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "procs/slam/delta_stream.h"
+#include "procs/slam/published_map.h"
 #include "tests/slam/synthetic_scene.h"
 
 namespace foresight::slam {
@@ -44,7 +44,7 @@ TEST_F(SlamMapTest, NeverReusesAnId) {
 }
 
 TEST_F(SlamMapTest, DeltasHoldBackProbationAndSmallMoves) {
-  DeltaStream stream(test_camera(), SlamOptions{});
+  PublishedMap stream(test_camera(), SlamOptions{});
   EXPECT_EQ(stream.take(&map_).points_set.size(), 0u);
   map_.confirm_point(point_);
   const MapDelta first = stream.take(&map_);

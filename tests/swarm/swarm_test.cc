@@ -1,6 +1,5 @@
 // The whole swarm in one thread on a simulated clock, on a sequence that sim renders from a seed.
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <filesystem>
@@ -26,8 +25,8 @@ constexpr double kSequence_s = 8;
 // Rendered once for all tests.
 const std::string& sequence() {
   static const std::string folder = [] {
-    const auto path = std::filesystem::temp_directory_path() /
-                      ("foresight-swarm-" + std::to_string(getpid()));
+    const auto path =
+        std::filesystem::temp_directory_path() / ("foresight-swarm-" + std::to_string(getpid()));
     sim::SequenceParams params;
     params.duration_s = kSequence_s;
     params.rate_hz = 20;
@@ -116,9 +115,8 @@ struct Aftermath {
 
 void watch(RecordedLine& line, Time since, Aftermath* after) {
   Simulation& world = line.world();
-  world.listen(Domain::kRobot, "MAP_DELTA", [after](auto bytes) {
-    after->map_epoch = decode<map_delta_t>(bytes).header.epoch;
-  });
+  world.listen(Domain::kRobot, "MAP_DELTA",
+               [after](auto bytes) { after->map_epoch = decode<map_delta_t>(bytes).header.epoch; });
   world.listen(Domain::kRobot, "CARVING_DELTA", [=, &world](auto bytes) {
     if (world.now() < since) return;
     ++after->carvings;

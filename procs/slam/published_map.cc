@@ -1,4 +1,4 @@
-#include "procs/slam/delta_stream.h"
+#include "procs/slam/published_map.h"
 
 #include <algorithm>
 #include <iterator>
@@ -20,12 +20,12 @@ std::vector<int32_t> without(const std::vector<int32_t>& a, const std::vector<in
 
 }  // namespace
 
-DeltaStream::DeltaStream(const CameraModel& camera, const SlamOptions& options)
+PublishedMap::PublishedMap(const CameraModel& camera, const SlamOptions& options)
     : camera_(camera), options_(options) {}
 
-double DeltaStream::threshold_rad() const { return options_.delta_threshold_px / camera_.fx_px; }
+double PublishedMap::threshold_rad() const { return options_.delta_threshold_px / camera_.fx_px; }
 
-MapDelta DeltaStream::take(SlamMap* map) {
+MapDelta PublishedMap::take(SlamMap* map) {
   MapDelta delta;
   const SlamMap::Touched touched = map->take_touched();
   for (const int32_t id : touched.keyframes) take_keyframe(*map, id, &delta);
@@ -35,7 +35,7 @@ MapDelta DeltaStream::take(SlamMap* map) {
   return delta;
 }
 
-void DeltaStream::take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta) {
+void PublishedMap::take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta) {
   const Keyframe* keyframe = map.keyframe(id);
   const auto sent = keyframes_.find(id);
   if (sent != keyframes_.end()) {
@@ -49,7 +49,7 @@ void DeltaStream::take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta)
   delta->keyframes_set.push_back({id, keyframe->map_from_cam});
 }
 
-void DeltaStream::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
+void PublishedMap::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
   const Point* point = map.point(id);
   const auto sent = points_.find(id);
   if (point == nullptr) {
@@ -78,7 +78,7 @@ void DeltaStream::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
   known.keyframe_ids = std::move(keyframe_ids);
 }
 
-MapDelta DeltaStream::snapshot() const {
+MapDelta PublishedMap::snapshot() const {
   MapDelta all;
   for (const auto& [id, pose] : keyframes_) all.keyframes_set.push_back({id, pose});
   for (const auto& [id, point] : points_) {

@@ -12,9 +12,9 @@
 
 namespace foresight::slam {
 
-class DeltaStream {
+class PublishedMap {
  public:
-  DeltaStream(const CameraModel& camera, const SlamOptions& options);
+  PublishedMap(const CameraModel& camera, const SlamOptions& options);
 
   /// Confirmed points and their observations only; moves smaller than the threshold are held back.
   MapDelta take(SlamMap* map);
