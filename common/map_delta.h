@@ -10,12 +10,14 @@
 #include <vector>
 
 #include "common/frames.h"
+#include "common/time.h"
 
 namespace foresight {
 
 struct MapKeyframe {
   int32_t id = 0;  // ≥ 0, never reused within an epoch
   Pose<Map, Cam> map_from_cam;
+  Time time;  // of its image
 };
 
 struct MapPoint {

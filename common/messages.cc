@@ -139,9 +139,10 @@ std::vector<map_delta_t> split(const MapDelta& delta, size_t max_bytes) {
   for (int32_t id : delta.points_removed) writer.room(4).removed_point_ids.push_back(id);
   for (int32_t id : delta.keyframes_removed) writer.room(4).removed_keyframe_ids.push_back(id);
   for (const MapKeyframe& k : delta.keyframes_set) {
-    map_delta_t& m = writer.room(60);
+    map_delta_t& m = writer.room(68);
     const Eigen::Vector3d& t = k.map_from_cam.translation();
     m.keyframe_ids.push_back(k.id);
+    m.keyframe_utimes.push_back(k.time.us);
     m.keyframe_map_from_cam_quat_wxyz.push_back(wxyz(k.map_from_cam.rotation()));
     m.keyframe_map_from_cam_position_mu.push_back({t.x(), t.y(), t.z()});
   }
@@ -173,7 +174,8 @@ bool append(const map_delta_t& part, MapDelta* delta) {
     const auto q = read_rotation(part.keyframe_map_from_cam_quat_wxyz[i].data());
     if (!q) return false;
     keyframes.push_back({part.keyframe_ids[i],
-                         {*q, Eigen::Vector3d(part.keyframe_map_from_cam_position_mu[i].data())}});
+                         {*q, Eigen::Vector3d(part.keyframe_map_from_cam_position_mu[i].data())},
+                         {part.keyframe_utimes[i]}});
   }
   delta->keyframes_set.insert(delta->keyframes_set.end(), keyframes.begin(), keyframes.end());
   for (int32_t i = 0; i < part.n_observations_removed; ++i) {

@@ -39,14 +39,14 @@ void PublishedMap::take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta
   const Keyframe* keyframe = map.keyframe(id);
   const auto sent = keyframes_.find(id);
   if (sent != keyframes_.end()) {
-    const Pose<Map, Cam>& old = sent->second;
+    const Pose<Map, Cam>& old = sent->second.map_from_cam;
     const Pose<Map, Cam>& now = keyframe->map_from_cam;
     const double moved = (old.translation() - now.translation()).norm() / keyframe->median_depth;
     const double turned = old.rotation().angularDistance(now.rotation());
     if (moved < threshold_rad() && turned < threshold_rad()) return;
   }
-  keyframes_[id] = keyframe->map_from_cam;
-  delta->keyframes_set.push_back({id, keyframe->map_from_cam});
+  keyframes_[id] = {id, keyframe->map_from_cam, keyframe->time};
+  delta->keyframes_set.push_back(keyframes_[id]);
 }
 
 void PublishedMap::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
@@ -80,7 +80,7 @@ void PublishedMap::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
 
 MapDelta PublishedMap::snapshot() const {
   MapDelta all;
-  for (const auto& [id, pose] : keyframes_) all.keyframes_set.push_back({id, pose});
+  for (const auto& [id, keyframe] : keyframes_) all.keyframes_set.push_back(keyframe);
   for (const auto& [id, point] : points_) {
     all.points_set.push_back({id, point.position_in_map});
     for (const int32_t k : point.keyframe_ids) all.observations_added.push_back({k, id});

@@ -32,7 +32,7 @@ class PublishedMap {
 
   CameraModel camera_;
   SlamOptions options_;
-  std::map<int32_t, Pose<Map, Cam>> keyframes_;
+  std::map<int32_t, MapKeyframe> keyframes_;
   std::map<int32_t, SentPoint> points_;
 };
 

@@ -15,14 +15,19 @@ namespace foresight {
 namespace {
 
 const std::map<std::string, std::string> kExpected = {
+    {"alignment_t", "62cc5fb823177e30"},     {"arm_encoders_t", "d428159564797f50"},
+    {"arm_torques_t", "0df34fd845fcce31"},   {"base_pose_t", "049176c0c4ffa107"},
     {"camera_info_t", "2a74cb5d4c5350fc"},   {"camera_pose_t", "75db4e3b4c4ae00f"},
-    {"carving_delta_t", "7181fd94ee6fb564"}, {"delta_header_t", "9bba78c3f1832d74"},
+    {"carving_delta_t", "7181fd94ee6fb564"}, {"controller_state_t", "2730c46d9dd0308f"},
+    {"delta_header_t", "9bba78c3f1832d74"},  {"device_state_t", "9a504879a7527e17"},
     {"display_stats_t", "22f51f13e43f370a"}, {"health_t", "c0e934a34f4ec6f4"},
-    {"image_t", "c6c282f2d13a9843"},         {"link_flow_t", "c60e539cb1aa9980"},
-    {"link_stats_t", "33d8521290e98cbe"},    {"map_delta_t", "fd162bf2c6fca7db"},
-    {"mesh_t", "db53bd41c5619cce"},          {"port_health_t", "81439b9c989d0cc2"},
+    {"image_t", "c6c282f2d13a9843"},         {"joint_command_t", "08942ba32dd2d57a"},
+    {"joint_state_t", "ac4909dcc7cf5ebc"},   {"link_flow_t", "c60e539cb1aa9980"},
+    {"link_stats_t", "33d8521290e98cbe"},    {"map_delta_t", "cec5996ce665af31"},
+    {"mesh_t", "db53bd41c5619cce"},          {"pendant_t", "51dbce493cb0bef2"},
+    {"port_health_t", "81439b9c989d0cc2"},   {"sim_clock_t", "4d0d41c1f105b12f"},
     {"slam_command_t", "622b926a802c232d"},  {"snapshot_request_t", "6dcd978c7ee419ca"},
-    {"view_t", "b8ea51425948f7c1"},
+    {"truth_t", "fff99387374f0ff2"},         {"view_t", "b8ea51425948f7c1"},
 };
 
 TEST(Fingerprints, OfEveryMessageAreThoseOfTheContract) {

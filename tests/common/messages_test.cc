@@ -18,7 +18,8 @@ MapDelta random_map_delta(int size, uint32_t seed) {
     delta.keyframes_set.push_back(
         {i,
          {Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)),
-          Eigen::Vector3d(normal(random), normal(random), normal(random))}});
+          Eigen::Vector3d(normal(random), normal(random), normal(random))},
+         {1000 + i}});
     delta.points_set.push_back({i, Eigen::Vector3f::Random()});
     delta.observations_added.push_back({i, 7 * i});
   }
@@ -45,6 +46,7 @@ void expect_equal(const MapDelta& a, const MapDelta& b) {
   ASSERT_EQ(a.keyframes_set.size(), b.keyframes_set.size());
   for (size_t i = 0; i < a.keyframes_set.size(); ++i) {
     EXPECT_EQ(a.keyframes_set[i].id, b.keyframes_set[i].id);
+    EXPECT_EQ(a.keyframes_set[i].time, b.keyframes_set[i].time);
     EXPECT_TRUE(a.keyframes_set[i].map_from_cam.matrix().isApprox(
         b.keyframes_set[i].map_from_cam.matrix(), 1e-12));
   }
