@@ -12,6 +12,8 @@
 #include <fstream>
 
 #include "common/check.h"
+#include "common/message_check.h"
+#include "foresight/sim_clock_t.hpp"
 
 namespace foresight {
 namespace {
@@ -32,6 +34,9 @@ void install_signal_handlers() {
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }
+
+// A published clock that says nothing for so long has stopped.
+constexpr int64_t kClockSilence_us = 1'000'000;
 
 // Timers must fire in spite of a stepping wall clock; messages carry the wall clock.
 int64_t monotonic_us() {
@@ -92,6 +97,29 @@ std::function<void()> Worker::take_result() {
   return result;
 }
 
+void PublishedClock::on_message(std::span<const uint8_t> bytes, int64_t monotonic_us) {
+  sim_clock_t message{};
+  const auto* schema = find_schema(sim_clock_t::getTypeName());
+  if (!find_layout_error(*schema, bytes).empty() ||
+      message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) {
+    ++rejected_;
+    return;
+  }
+  has_begun_ = true;
+  newest_ = {message.utime};
+  newest_monotonic_us_ = monotonic_us;
+}
+
+bool PublishedClock::is_silent(int64_t monotonic_us) const {
+  return !has_begun_ || monotonic_us - newest_monotonic_us_ > kClockSilence_us;
+}
+
+Time PublishedClock::now(Time wall, int64_t monotonic_us) const {
+  if (!has_begun_) return wall;
+  const int64_t silence_us = monotonic_us - newest_monotonic_us_ - kClockSilence_us;
+  return newest_ + microseconds(std::max<int64_t>(0, silence_us));
+}
+
 LiveHost::LiveHost(std::string robot_url, std::string operator_url)
     : urls_{std::move(robot_url), std::move(operator_url)} {
   install_signal_handlers();
@@ -105,10 +133,38 @@ LcmBus& LiveHost::bus(Domain domain) {
   return *slot;
 }
 
+void LiveHost::follow_published_clock(Domain domain) {
+  clock_ = std::make_unique<PublishedClock>();
+  bus(domain).subscribe("CLOCK", [this](const std::string&, auto bytes) {
+    keep_timers([&] { clock_->on_message(bytes, monotonic_us()); });
+  });
+}
+
 Time LiveHost::now() const {
-  return {std::chrono::duration_cast<std::chrono::microseconds>(
-              std::chrono::system_clock::now().time_since_epoch())
-              .count()};
+  const Time wall{std::chrono::duration_cast<std::chrono::microseconds>(
+                      std::chrono::system_clock::now().time_since_epoch())
+                      .count()};
+  return clock_ ? clock_->now(wall, monotonic_us()) : wall;
+}
+
+// Timers live by the published clock where there is one.
+int64_t LiveHost::timer_us() const { return clock_ ? now().us : monotonic_us(); }
+
+// A clock that begins, comes back after a silence, or belongs to a world that was restarted jumps:
+// what was to happen in a second still happens in a second.
+void LiveHost::keep_timers(const std::function<void()>& change_of_clock) {
+  const bool was_silent = clock_->is_silent(monotonic_us());
+  const int64_t before_us = timer_us();
+  change_of_clock();
+  const int64_t jump_us = timer_us() - before_us;
+  if (!was_silent && jump_us >= 0 && jump_us < kClockSilence_us) return;
+  decltype(timers_) moved;
+  for (; !timers_.empty(); timers_.pop()) {
+    Timer timer = timers_.top();
+    timer.due_us += jump_us;
+    moved.push(std::move(timer));
+  }
+  timers_ = std::move(moved);
 }
 
 void LiveHost::publish(Domain domain, const std::string& channel, std::span<const uint8_t> bytes) {
@@ -127,12 +183,12 @@ void LiveHost::subscribe(Domain domain, const std::string& channel, Queue queue,
 }
 
 void LiveHost::call_every(Duration period, std::function<void()> call) {
-  timers_.push({monotonic_us() + period.us, timer_order_++, period,
+  timers_.push({timer_us() + period.us, timer_order_++, period,
                 std::make_shared<std::function<void()>>(std::move(call))});
 }
 
 void LiveHost::call_at(Time time, std::function<void()> call) {
-  const int64_t due = monotonic_us() + (time - now()).us;
+  const int64_t due = timer_us() + (time - now()).us;
   timers_.push(
       {due, timer_order_++, {0}, std::make_shared<std::function<void()>>(std::move(call))});
 }
@@ -163,6 +219,7 @@ std::string LiveHost::complaint() const {
   for (const auto& bus : buses_) {
     if (bus && !bus->complaint().empty()) return bus->complaint();
   }
+  if (clock_ && clock_->is_silent(monotonic_us())) return "no CLOCK: does sim run?";
   return {};
 }
 
@@ -191,13 +248,13 @@ void LiveHost::handle_arrivals() {
 // Only what is due on entry, and a periodic timer again at its next whole period after its call: a
 // timer that takes longer than its period must not starve messages.
 void LiveHost::run_due_timers() {
-  const int64_t entry_us = monotonic_us();
+  const int64_t entry_us = timer_us();
   while (!stopping_ && !timers_.empty() && timers_.top().due_us <= entry_us) {
     Timer timer = timers_.top();
     timers_.pop();
     (*timer.call)();
     if (timer.period.us <= 0) continue;
-    const int64_t missed = std::max<int64_t>(0, monotonic_us() - timer.due_us) / timer.period.us;
+    const int64_t missed = std::max<int64_t>(0, timer_us() - timer.due_us) / timer.period.us;
     timer.due_us += (missed + 1) * timer.period.us;
     timers_.push(timer);
   }
@@ -213,8 +270,9 @@ void LiveHost::wait() {
   }
   if (worker_) add(worker_->file_descriptor());
   timespec timeout{1, 0};
-  if (!timers_.empty()) {
-    const int64_t us = std::max<int64_t>(0, timers_.top().due_us - monotonic_us());
+  // With a published clock a timer becomes due when CLOCK says so.
+  if (!timers_.empty() && !(clock_ && !clock_->is_silent(monotonic_us()))) {
+    const int64_t us = std::max<int64_t>(0, timers_.top().due_us - timer_us());
     timeout = {us / 1'000'000, (us % 1'000'000) * 1000};
   }
   ppoll(fds.data(), count, &timeout, nullptr);

@@ -1,4 +1,7 @@
-// The host of a deployed process: LCM, the wall clock, one loop in one thread, one worker.
+// The host of a deployed process: LCM, a clock, one loop in one thread, one worker.
+//
+// The clock is the wall clock, or the time of a simulated world that publishes CLOCK (sim): then a
+// machine that is too slow for the world makes everything slower, not wrong.
 #pragma once
 
 #include <array>
@@ -37,9 +40,31 @@ class Worker {
   std::thread thread_;
 };
 
+/// Where a process takes its time from.
+enum class ClockSource : uint8_t { kWall, kPublished };
+
+/// The time of a world that publishes it. Until the first CLOCK it is the wall clock; when CLOCK
+/// falls silent it goes on at the wall clock's pace, so that health and time-outs still work.
+class PublishedClock {
+ public:
+  /// A message on CLOCK; wrong ones are counted and ignored.
+  void on_message(std::span<const uint8_t> bytes, int64_t monotonic_us);
+  /// `wall` and `monotonic_us` are those of now.
+  Time now(Time wall, int64_t monotonic_us) const;
+  bool is_silent(int64_t monotonic_us) const;
+  int64_t rejected() const { return rejected_; }
+
+ private:
+  bool has_begun_ = false;
+  Time newest_;
+  int64_t newest_monotonic_us_ = 0, rejected_ = 0;
+};
+
 class LiveHost : public Host {
  public:
   LiveHost(std::string robot_url, std::string operator_url);
+  /// Lives by the CLOCK of that domain. Call before anything is scheduled.
+  void follow_published_clock(Domain domain);
   ~LiveHost() override;
 
   /// Handles messages, timers and results until stop() or SIGINT/SIGTERM; returns the exit code.
@@ -79,6 +104,8 @@ class LiveHost : public Host {
   };
 
   LcmBus& bus(Domain domain);
+  int64_t timer_us() const;
+  void keep_timers(const std::function<void()>& change_of_clock);
   void receive();
   void handle_arrivals();
   void run_due_timers();
@@ -88,6 +115,7 @@ class LiveHost : public Host {
   std::array<std::unique_ptr<LcmBus>, 2> buses_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   std::deque<Arrival> inbox_;
+  std::unique_ptr<PublishedClock> clock_;  // none: the wall clock
   std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
   int64_t timer_order_ = 0;
   std::unique_ptr<Worker> worker_;

@@ -13,7 +13,7 @@ namespace foresight {
 namespace {
 
 struct Options {
-  std::string name, params_file, robot_url, operator_url, output;
+  std::string name, params_file, robot_url, operator_url, output, clock = "wall";
   std::vector<std::string> assignments, replays;
   bool describe = false;
 };
@@ -162,6 +162,7 @@ int replay(const Options& options, const ProcessInfo& info, const Simulation::Fa
 
 int run_live(const Options& options, const ProcessInfo& info, const Simulation::Factory& factory) {
   LiveHost host(options.robot_url, options.operator_url);
+  if (options.clock == "published") host.follow_published_clock(info.home);
   Node node(options.name, host, health_domains(info));
   const std::unique_ptr<Process> process = factory(node);
   process->start();
@@ -178,6 +179,10 @@ void declare_options(CLI::App& app, Options& options, const ProcessInfo& info) {
       ->allow_extra_args(false);
   app.add_option("--robot-url", options.robot_url, "LCM URL of the robot site");
   app.add_option("--operator-url", options.operator_url, "LCM URL of the operator site");
+  app.add_option("--clock", options.clock,
+                 "wall, or published: the time of a simulated world, from CLOCK")
+      ->check(CLI::IsMember({"wall", "published"}))
+      ->capture_default_str();
   app.add_flag("--describe", options.describe, "print ports, timers and parameters as YAML");
   auto* replay_option =
       app.add_option("--replay", options.replays,

@@ -11,9 +11,10 @@ import yaml
 
 from foresight_paths import ROOT, program
 
-SITE_KEYS = {"robot_url", "operator_url", "external", "processes"}
-PROCESS_KEYS = {"program", "site", "start", "restart", "params_file", "params"}
-CHOICES = {"site": ("robot", "operator"), "start": ("first", "last"),
+SITE_KEYS = {"robot_url", "operator_url", "clock", "external", "processes"}
+PROCESS_KEYS = {"program", "site", "clock", "start", "restart", "params_file", "params"}
+CHOICES = {"site": ("robot", "operator"), "clock": ("wall", "published"),
+           "start": ("first", "last"),
            "restart": ("always", "on_failure", "never")}
 DOMAINS = ("robot", "operator")
 
@@ -27,6 +28,7 @@ class Process:
     name: str
     program: str
     site: str
+    clock: str
     start: str
     restart: str
     params_file: str
@@ -35,7 +37,7 @@ class Process:
     def command(self, site):
         """The program with its whole command line."""
         line = [str(program(self.program)), "--name", self.name,
-                "--robot-url", site.robot_url, "--operator-url", site.operator_url]
+                "--robot-url", site.robot_url, "--operator-url", site.operator_url, "--clock", self.clock]
         if self.params_file:
             line += ["--params", self.params_file]
         for key, value in self.params.items():
@@ -101,11 +103,12 @@ def parameter_text(value, where):
     return str(value)
 
 
-def read_process(name, entry, path):
+def read_process(name, entry, path, clock):
     where = f"{path}: processes.{name}."
     entry = require_map(entry, where[:-1])
     refuse_unknown(entry, PROCESS_KEYS, where)
-    values = {"site": "robot", "start": "first", "restart": "on_failure", **entry}
+    values = {"site": "robot", "clock": clock, "start": "first", "restart": "on_failure",
+              **entry}
     for key, choices in CHOICES.items():
         if values[key] not in choices:
             raise SiteError(f"{where}{key}: '{values[key]}' is not one of {', '.join(choices)}")
@@ -114,8 +117,8 @@ def read_process(name, entry, path):
         params_file = str((path.parent / params_file).resolve())
     params = {key: parameter_text(value, f"{where}params.{key}")
               for key, value in require_map(entry.get("params"), f"{where}params").items()}
-    return Process(name, entry.get("program", name), values["site"], values["start"],
-                   values["restart"], params_file, params)
+    return Process(name, entry.get("program", name), values["site"], values["clock"],
+                   values["start"], values["restart"], params_file, params)
 
 
 def read_site(path):
@@ -134,7 +137,10 @@ def read_site(path):
             raise SiteError(f"{path}: {key}: missing, e.g. udpm://239.255.76.67:7667?ttl=0")
     external = require_map(root.get("external"), f"{path}: external")
     refuse_unknown(external, DOMAINS, f"{path}: external.")
-    processes = [read_process(name, entry, path)
+    clock = root.get("clock", "wall")
+    if clock not in CHOICES["clock"]:
+        raise SiteError(f"{path}: clock: '{clock}' is not one of {', '.join(CHOICES['clock'])}")
+    processes = [read_process(name, entry, path, clock)
                  for name, entry in require_map(root.get("processes"), f"{path}: processes").items()]
     if not processes:
         raise SiteError(f"{path}: processes: missing")

@@ -9,6 +9,7 @@
 
 #include "common/errors.h"
 #include "common/node.h"
+#include "foresight/sim_clock_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "tests/common/files.h"
 
@@ -83,6 +84,36 @@ TEST_F(LiveHostTest, TimersThatTakeLongerThanTheirPeriodDoNotStarveMessages) {
   EXPECT_EQ(host_.run(), 3) << received << " messages handled";
 }
 
+// A world that runs at its own pace: its timers and stamps are its own.
+TEST_F(LiveHostTest, LivesByAPublishedClock) {
+  host_.follow_published_clock(Domain::kRobot);
+  Node node("n", host_, {});
+  auto clock = node.advertise<sim_clock_t>({.channel = "CLOCK"});
+  constexpr int64_t kBegin_us = 5'000'000;
+  int ticks = 0, published = 0;
+  Time at_single;
+  host_.call_every(milliseconds(10), [&] { ++ticks; });
+  host_.call_at(host_.now() + milliseconds(55), [&] { at_single = host_.now(); });
+  Time last;
+  bool monotonic = true;
+  node.subscribe<sim_clock_t>({.channel = "CLOCK"}, Queue::kAll, [&](const sim_clock_t&) {
+    monotonic = monotonic && host_.now() >= last;
+    last = host_.now();
+    if (++published == 100) return host_.stop(0);
+    sim_clock_t next{};
+    next.utime = kBegin_us + 1000 * published;
+    clock.publish(next);
+  });
+  sim_clock_t first{};
+  first.utime = kBegin_us;
+  clock.publish(first);
+  host_.run();
+  EXPECT_TRUE(monotonic);
+  EXPECT_EQ(host_.now().us, kBegin_us + 99'000);
+  EXPECT_NEAR(ticks, 9, 1) << "in 99 ms of the world's time";
+  EXPECT_NEAR(static_cast<double>(at_single.us - kBegin_us), 55e3, 3e3);
+}
+
 // Two streams, each faster than its slow handler, beside a timer that takes longer than its period.
 TEST_F(LiveHostTest, AnOverloadedLoopStillHandlesEveryChannel) {
   Node node("n", host_, {});
@@ -154,6 +185,34 @@ TEST(LcmBus, SaysWhatMendsABadUrl) {
   const std::string line = error_of<UnavailableError>([] { LcmBus bus("nonsense://"); });
   EXPECT_NE(line.find("nonsense://"), std::string::npos);
   EXPECT_NE(line.find("scripts/setup --network"), std::string::npos);
+}
+
+sim_clock_t clock_message(int64_t utime) {
+  sim_clock_t message{};
+  message.utime = utime;
+  return message;
+}
+
+TEST(PublishedClock, FallsBackToThePaceOfTheWallWhenItIsSilent) {
+  PublishedClock clock;
+  const Time wall{77'000'000};
+  EXPECT_EQ(clock.now(wall, 100), wall) << "not begun";
+  clock.on_message(encode(clock_message(3'000'000)), 1'000'000);
+  EXPECT_EQ(clock.now(wall, 1'900'000).us, 3'000'000) << "a pause of the world";
+  EXPECT_FALSE(clock.is_silent(1'900'000));
+  EXPECT_TRUE(clock.is_silent(2'500'000));
+  EXPECT_EQ(clock.now(wall, 4'000'000).us, 5'000'000) << "two seconds after the silence began";
+}
+
+TEST(PublishedClock, IgnoresWhatIsNoClock) {
+  PublishedClock clock;
+  clock.on_message(encode(clock_message(3'000'000)), 0);
+  std::vector<uint8_t> damaged = encode(clock_message(9'000'000));
+  damaged.pop_back();
+  clock.on_message(damaged, 1);
+  clock.on_message(encode(slam_command_t{}), 2);
+  EXPECT_EQ(clock.rejected(), 2);
+  EXPECT_EQ(clock.now({}, 3).us, 3'000'000);
 }
 
 }  // namespace

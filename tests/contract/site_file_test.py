@@ -34,6 +34,14 @@ class SiteFile(unittest.TestCase):
         for part in ("test.yaml", *parts):
             self.assertIn(part, line)
 
+    def test_a_site_may_live_by_a_published_clock(self):
+        site = self.read(URLS + "clock: published\nprocesses:\n  link: {}\n"
+                         "  eye: {program: camera, clock: wall}\n")
+        self.assertEqual([p.clock for p in site.processes], ["published", "wall"])
+        line = site.processes[0].command(site)
+        self.assertEqual(line[line.index("--clock") + 1], "published")
+        self.assert_refused(URLS + "clock: moon\nprocesses:\n  link: {}\n", "clock", "moon")
+
     def test_reads_processes_with_defaults(self):
         site = self.read(URLS + "processes:\n  link: {}\n"
                          "  eye: {program: camera, start: last, params: {loop: true, speed: 2}}\n")
