@@ -1,6 +1,6 @@
-// The reference that the arm's controller makes its joints follow: one trapezoid per joint, re-fitted
-// from its present position and velocity at every command. The controller runs it, and so does
-// whoever predicts the robot: the same commands at the same times give the same motion.
+// The reference that the arm's controller makes its joints follow: one trapezoid per joint,
+// re-fitted from its present position and velocity at every command. The controller runs it, and so
+// does whoever predicts the robot: the same commands at the same times give the same motion.
 //
 //   JointReference reference({.velocity = 1, .acceleration = 1});
 //   reference.rest(now, measured_rad);
@@ -42,6 +42,9 @@ class JointReference {
   int size() const { return size_; }
 
  private:
+  Trapezoid& joint(int index) { return joints_[static_cast<size_t>(index)]; }
+  const Trapezoid& joint(int index) const { return joints_[static_cast<size_t>(index)]; }
+
   MotionLimits limits_;
   Time start_;
   int size_ = 0;

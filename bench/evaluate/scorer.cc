@@ -122,13 +122,13 @@ class Scorer {
         {message.utime}, undistort_(to_mat(*image)), read_pose(message.pose), message.pose.epoch};
   }
   void on_prediction(const PredictedFrame& frame) {
-    if (frame.pose_time != truth_time_ || shown_.rgb.empty()) return;
-    if (frame.pose_time == last_prediction_) return;  // a redraw of the same instant
-    last_prediction_ = frame.pose_time;
+    if (frame.pose.instant != truth_time_ || shown_.rgb.empty()) return;
+    if (frame.pose.instant == last_prediction_) return;  // a redraw of the same instant
+    last_prediction_ = frame.pose.instant;
     if (!began_) {
       began_ = true;
       result_.frames_after_init = 1;
-      result_.first_prediction_s = (frame.pose_time - first_frame_).seconds();
+      result_.first_prediction_s = (frame.pose.instant - first_frame_).seconds();
     }
     if (result_.predicted_frames++ % options_.every != 0) return;
     ++result_.scored_frames;
@@ -145,11 +145,11 @@ class Scorer {
     const cv::Mat painted = source_mask(frame.picture, true);
     const cv::Mat measured = source_mask(frame.picture, false);
     WarpedImage warped{shown_.rgb, cv::Mat(truth_.size(), CV_8U, cv::Scalar(255))};
-    if (shown_.map_from_cam && shown_.epoch == frame.epoch) {
+    if (shown_.map_from_cam && shown_.epoch == frame.pose.epoch) {
       std::vector<Eigen::Vector3d> points;
       for (const auto& [id, p] : points_) points.push_back(p);
       warped = warp_by_best_plane(frame.camera, shown_.rgb, *shown_.map_from_cam,
-                                  frame.map_from_cam, points, truth_);
+                                  frame.pose.map_from_cam, points, truth_);
     }
     const cv::Mat common = painted & warped.mask, common_measured = measured & warped.mask;
     add(shown_.rgb, common, common_measured, &result_.delayed);

@@ -84,18 +84,32 @@ std::optional<Rectangle> fit(int x, int width, int height, double aspect) {
   return Rectangle{x + (width - w) / 2, (height - h) / 2, w, h};
 }
 
+// The lower right corner, a third of the width.
+std::optional<Rectangle> corner_of(const Rectangle& whole) {
+  const int w = whole.width_px / 3, h = whole.height_px / 3;
+  if (w < 1 || h < 1) return std::nullopt;
+  return Rectangle{whole.x_px + whole.width_px - w, whole.y_px + whole.height_px - h, w, h};
+}
+
 }  // namespace
 
 Places place_pictures(Layout layout, int window_width_px, int window_height_px, double aspect) {
   const int half = window_width_px / 2;
   switch (layout) {
     case Layout::kDelayed:
-      return {fit(0, window_width_px, window_height_px, aspect), std::nullopt};
+      return {fit(0, window_width_px, window_height_px, aspect), {}, {}};
     case Layout::kPredicted:
-      return {std::nullopt, fit(0, window_width_px, window_height_px, aspect)};
+      return {{}, fit(0, window_width_px, window_height_px, aspect), {}};
+    case Layout::kUndelayed:
+      return {{}, {}, fit(0, window_width_px, window_height_px, aspect)};
+    case Layout::kInset: {
+      const auto whole = fit(0, window_width_px, window_height_px, aspect);
+      return {whole ? corner_of(*whole) : whole, whole, {}};
+    }
     case Layout::kSideBySide:
       return {fit(0, half, window_height_px, aspect),
-              fit(half, window_width_px - half, window_height_px, aspect)};
+              fit(half, window_width_px - half, window_height_px, aspect),
+              {}};
   }
   return {};
 }

@@ -23,15 +23,22 @@ struct Rectangle {
   int x_px = 0, y_px = 0, width_px = 0, height_px = 0;
 };
 
-enum class Layout { kDelayed, kPredicted, kSideBySide };
+enum class Layout {
+  kDelayed,     // the delayed video alone
+  kPredicted,   // the predicted view alone
+  kSideBySide,  // delayed left, predicted right
+  kInset,       // the predicted view, the delayed video small in its corner
+  kUndelayed,   // the video as the robot sees it now: for comparison where there is no link
+};
 
 struct Places {
-  std::optional<Rectangle> delayed;
+  std::optional<Rectangle> delayed;  // drawn after predicted
   std::optional<Rectangle> predicted;
+  std::optional<Rectangle> undelayed;
 };
 
 /// Largest rectangles of the given aspect (width / height), centred in their share of the window.
-/// Side by side: delayed left, predicted right. None when there is no room.
+/// None when there is no room.
 Places place_pictures(Layout layout, int window_width_px, int window_height_px, double aspect);
 
 enum class Badge { kOk, kStale, kLost, kNoModel };

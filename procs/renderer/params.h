@@ -10,6 +10,13 @@ namespace foresight {
 struct RendererParams {
   std::string display = "auto";
   std::string layout = "side_by_side";
+  std::string predict = "camera_pose";
+  std::string arm = "deploy/arms/wam4.yaml";
+  double max_velocity_rad_per_s = 1;
+  double max_acceleration_rad_per_s2 = 1;
+  double joint_margin_rad = 0.05;
+  double command_timeout_s = 0.5;
+  bool undelayed_video = false;
   int picture_width_px = 640;
   double idle_rate_hz = 5;
   int stored_views = SceneOptions{}.stored_views;
@@ -24,8 +31,24 @@ struct RendererParams {
       {.choices = {"auto", "window", "headless"},
        .doc = "a window, or off screen; auto: a window when there is a display"});
     v("layout", layout,
-      {.choices = {"side_by_side", "predicted", "delayed"},
-       .doc = "delayed video left and predicted view right, or one of them (keys 1, 2, 3)"});
+      {.choices = {"side_by_side", "predicted", "delayed", "inset", "undelayed"},
+       .doc = "1 delayed video, 2 predicted view, 3 side by side, 4 predicted with the delayed "
+              "video inset, 5 undelayed video (keys)"});
+    v("predict", predict,
+      {.choices = {"camera_pose", "robot", "command"},
+       .doc = "the pose to draw: the newest undelayed CAMERA_POSE (recorded video); where the arm "
+              "will be, its controller's profile included; or the commanded joints themselves"});
+    v("arm", arm, {.doc = "arm description, for robot and command"});
+    v("max_velocity_rad_per_s", max_velocity_rad_per_s,
+      {.unit = "rad/s", .min = 0.01, .max = 10, .doc = "of the controller's profile"});
+    v("max_acceleration_rad_per_s2", max_acceleration_rad_per_s2,
+      {.unit = "rad/s2", .min = 0.01, .max = 100, .doc = "of the controller's profile"});
+    v("joint_margin_rad", joint_margin_rad,
+      {.unit = "rad", .min = 0, .max = 1, .doc = "that the controller keeps from joint limits"});
+    v("command_timeout_s", command_timeout_s,
+      {.unit = "s", .min = 0.05, .max = 60, .doc = "after which the controller stops the arm"});
+    v("undelayed_video", undelayed_video,
+      {.doc = "also read VIEW on the robot's side, for layout undelayed (comparisons)"});
     v("picture_width_px", picture_width_px,
       {.unit = "px", .min = 64, .max = 4096, .doc = "width of one picture"});
     v("idle_rate_hz", idle_rate_hz,

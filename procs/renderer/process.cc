@@ -1,7 +1,6 @@
 #include "procs/renderer/process.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -11,18 +10,23 @@
 namespace foresight {
 namespace {
 
-constexpr Duration kStaleAfter = seconds(1);
+struct NamedLayout {
+  const char* name;
+  int key;
+  Layout layout;
+};
+constexpr NamedLayout kLayouts[] = {{"delayed", '1', Layout::kDelayed},
+                                    {"predicted", '2', Layout::kPredicted},
+                                    {"side_by_side", '3', Layout::kSideBySide},
+                                    {"inset", '4', Layout::kInset},
+                                    {"undelayed", '5', Layout::kUndelayed}};
 
 Layout layout_of(const std::string& name) {
-  if (name == "predicted") return Layout::kPredicted;
-  return name == "delayed" ? Layout::kDelayed : Layout::kSideBySide;
+  for (const NamedLayout& l : kLayouts) {
+    if (name == l.name) return l.layout;
+  }
+  return Layout::kSideBySide;
 }
-
-std::string milliseconds_text(Duration d) {
-  return std::to_string(std::llround(1e3 * d.seconds())) + " ms";
-}
-
-std::string percent_text(double share) { return std::to_string(std::lround(100 * share)) + "%"; }
 
 }  // namespace
 
@@ -31,7 +35,7 @@ struct RendererProcess::Gl {
       : context(std::move(context_in)), scene(options) {}
   std::unique_ptr<GlContext> context;  // destroyed last
   SceneRenderer scene;
-  VideoRenderer video;
+  VideoRenderer video, undelayed;
   Hud hud;
   std::unique_ptr<Recorder> recorder;
   Image recorded;  // the picture that was written last
@@ -46,20 +50,8 @@ RendererProcess::RendererProcess(Node& node, const RendererParams& params)
                                               .doc = "what was shown"})),
       mesh_requester_(node, "MESH", Domain::kOperator),
       layout_(layout_of(params.layout)) {
-  const Domain here = Domain::kOperator;
-  node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .domain = here, .doc = "intrinsics"},
-                                Queue::kLatest,
-                                [this](const camera_info_t& m) { on_camera_info(m); });
-  node.subscribe<view_t>(
-      {.channel = "VIEW", .domain = here, .rate_hz = 30, .doc = "delayed video with its poses"},
-      Queue::kLatest, [this](const view_t& m) { on_view(m); });
-  node.subscribe<mesh_t>({.channel = "MESH", .domain = here, .doc = "the delayed model"},
-                         Queue::kLatest, [this](const mesh_t& m) { on_mesh(m); });
-  node.subscribe<camera_pose_t>({.channel = "CAMERA_POSE",
-                                 .domain = Domain::kRobot,
-                                 .rate_hz = 30,
-                                 .doc = "undelayed; stands in for the operator's command"},
-                                Queue::kLatest, [this](const camera_pose_t& m) { on_pose(m); });
+  subscribe();
+  poses_ = make_pose_source(node, params, [this] { request_draw(); });
   const Duration period = seconds(1.0 / params.idle_rate_hz);
   node.every(period, "redraw", [this, period] {
     if (node_.now() - last_draw_ >= period) draw();
@@ -72,6 +64,25 @@ RendererProcess::RendererProcess(Node& node, const RendererParams& params)
 
 RendererProcess::~RendererProcess() = default;
 
+void RendererProcess::subscribe() {
+  const Domain here = Domain::kOperator;
+  node_.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .domain = here, .doc = "intrinsics"},
+                                 Queue::kLatest,
+                                 [this](const camera_info_t& m) { on_camera_info(m); });
+  node_.subscribe<view_t>(
+      {.channel = "VIEW", .domain = here, .rate_hz = 30, .doc = "delayed video with its poses"},
+      Queue::kLatest, [this](const view_t& m) { on_view(m); });
+  node_.subscribe<mesh_t>({.channel = "MESH", .domain = here, .doc = "the delayed model"},
+                          Queue::kLatest, [this](const mesh_t& m) { on_mesh(m); });
+  if (params_.undelayed_video || layout_ == Layout::kUndelayed) {
+    node_.subscribe<view_t>({.channel = "VIEW",
+                             .domain = Domain::kRobot,
+                             .rate_hz = 30,
+                             .doc = "undelayed video, for comparison"},
+                            Queue::kLatest, [this](const view_t& m) { on_undelayed_view(m); });
+  }
+}
+
 int RendererProcess::triangles() const { return gl_->scene.triangles(); }
 
 void RendererProcess::start() {
@@ -80,6 +91,7 @@ void RendererProcess::start() {
   const bool window = params_.display == "window" || (params_.display == "auto" && has_display);
   const int height_px = params_.picture_width_px * 3 / 4;
   const int width_px = params_.picture_width_px * (layout_ == Layout::kSideBySide ? 2 : 1);
+  poses_->start();
   try {
     std::unique_ptr<GlContext> context;
     if (window) {
@@ -98,6 +110,12 @@ void RendererProcess::start() {
         std::make_unique<Recorder>(params_.record, width_px, height_px, params_.record_fps);
   }
   node_.set_state(ProcessState::kWaiting, "no video yet");
+}
+
+void RendererProcess::Stream::add(Time t) {
+  time = t;
+  changed = true;
+  ++count;
 }
 
 void RendererProcess::on_camera_info(const camera_info_t& message) {
@@ -120,17 +138,26 @@ void RendererProcess::on_view(const view_t& message) {
   if (!image || gl_->video.set_image(*camera_, *image) != InputStatus::kAccepted) {
     return node_.reject_message("VIEW", "image is damaged or not of the camera's size");
   }
-  video_time_ = {message.utime};
-  video_changed_ = true;
-  ++videos_;
+  video_.add({message.utime});
   const auto pose = read_pose(message.pose);
   if (!pose) return;
   follow_epoch(message.pose.epoch);
-  const TexturingView view{message.utime, video_time_, *camera_, *pose, std::move(*image)};
+  const TexturingView view{message.utime, {message.utime}, *camera_, *pose, std::move(*image)};
   if (gl_->scene.add_view(view) != InputStatus::kAccepted) {
     return node_.reject_message("VIEW", "cannot be used as a texture");
   }
-  texture_time_ = video_time_;
+  texture_time_ = {message.utime};
+}
+
+// Decoded only while it is shown.
+void RendererProcess::on_undelayed_view(const view_t& message) {
+  if (!camera_ || layout_ != Layout::kUndelayed) return;
+  const auto image = decode_image(message.image, 3);
+  if (!image || gl_->undelayed.set_image(*camera_, *image) != InputStatus::kAccepted) {
+    return node_.reject_message("VIEW", "image is damaged or not of the camera's size");
+  }
+  undelayed_.add({message.utime});
+  request_draw();
 }
 
 void RendererProcess::on_mesh(const mesh_t& message) {
@@ -143,12 +170,14 @@ void RendererProcess::on_mesh(const mesh_t& message) {
   mesh_time_ = {message.utime};
 }
 
-void RendererProcess::on_pose(const camera_pose_t& message) {
-  pose_ = read_pose(message);
-  pose_time_ = {message.utime};
-  pose_epoch_ = message.epoch;
-  lost_reason_ = message.reason;
-  draw();
+// Drawing takes longer than handling a message: what has arrived meanwhile is handled first, and
+// one picture shows it all.
+void RendererProcess::request_draw() {
+  if (std::exchange(draw_requested_, true)) return;
+  node_.at(node_.now(), [this] {
+    draw_requested_ = false;
+    draw();
+  });
 }
 
 void RendererProcess::draw() {
@@ -158,66 +187,66 @@ void RendererProcess::draw() {
   const bool has_prediction = draw_predicted();
   compose(has_prediction);
   gl_->context->present();
-  ++drawn_;
+  drawn_.add(begin);
+  publish_stats(has_prediction, begin);
   handle_keys();
   if (has_prediction) read_prediction();
-  publish_stats(has_prediction, node_.now() - begin);
 }
 
 bool RendererProcess::draw_predicted() {
-  const bool one_map = epoch_ != 0 && mesh_epoch_ == epoch_ && pose_epoch_ == epoch_;
-  if (!camera_ || !pose_ || !one_map || gl_->scene.triangles() == 0) return false;
+  pose_ = poses_->predict(node_.now());
+  const bool one_map = epoch_ != 0 && mesh_epoch_ == epoch_ && pose_ && pose_->epoch == epoch_;
+  if (!camera_ || !one_map || gl_->scene.triangles() == 0) return false;
   const RenderOptions options{.used_views = params_.used_views,
                               .paint_hull = params_.paint_guesses,
                               .paint_background = params_.paint_guesses};
-  return gl_->scene.render(camera_->undistorted(), *pose_, options).status == RenderStatus::kDrawn;
+  return gl_->scene.render(camera_->undistorted(), pose_->map_from_cam, options).status ==
+         RenderStatus::kDrawn;
+}
+
+void RendererProcess::show(const VideoRenderer& video, const Rectangle& place, const Panel& panel) {
+  const int height_px = gl_->context->height_px();
+  if (camera_) gl_->hud.draw_texture(video.colour(), place, height_px);
+  gl_->hud.draw_panel(panel, place, height_px);
 }
 
 // Without a prediction its place shows the delayed video, and the panel says so.
 void RendererProcess::compose(bool has_prediction) {
   GlContext& context = *gl_->context;
-  if (camera_ && std::exchange(video_changed_, false)) gl_->video.draw(camera_->undistorted());
+  if (camera_ && std::exchange(video_.changed, false)) gl_->video.draw(camera_->undistorted());
+  if (camera_ && std::exchange(undelayed_.changed, false)) {
+    gl_->undelayed.draw(camera_->undistorted());
+  }
   context.bind();
   gl_->hud.clear();
   const double aspect =
       camera_ ? static_cast<double>(camera_->width_px) / camera_->height_px : 4.0 / 3.0;
   const Places places = place_pictures(layout_, context.width_px(), context.height_px(), aspect);
-  if (places.delayed) {
-    if (camera_) gl_->hud.draw_texture(gl_->video.colour(), *places.delayed, context.height_px());
-    gl_->hud.draw_panel(delayed_panel(), *places.delayed, context.height_px());
+  const Time now = node_.now();
+  if (places.predicted && has_prediction) {
+    gl_->hud.draw_texture(gl_->scene.colour(), *places.predicted, context.height_px());
+    gl_->hud.draw_panel(predicted_panel(prediction_status(true)), *places.predicted,
+                        context.height_px());
+  } else if (places.predicted) {
+    show(gl_->video, *places.predicted, predicted_panel(prediction_status(false)));
   }
-  if (places.predicted) {
-    if (camera_) {
-      gl_->hud.draw_texture(has_prediction ? gl_->scene.colour() : gl_->video.colour(),
-                            *places.predicted, context.height_px());
-    }
-    gl_->hud.draw_panel(predicted_panel(has_prediction), *places.predicted, context.height_px());
+  if (places.delayed) show(gl_->video, *places.delayed, delayed_panel(video_.status(now)));
+  if (places.undelayed) {
+    show(gl_->undelayed, *places.undelayed, undelayed_panel(undelayed_.status(now)));
   }
 }
 
-Panel RendererProcess::delayed_panel() const {
-  if (video_time_.us == 0) return {Badge::kNoModel, "DELAYED VIDEO", {"no video yet"}};
-  const Duration age = node_.now() - video_time_;
-  return {age > kStaleAfter ? Badge::kStale : Badge::kOk,
-          "DELAYED VIDEO",
-          {"delay " + milliseconds_text(age), std::to_string(std::lround(video_fps_)) + " fps"}};
-}
-
-Panel RendererProcess::predicted_panel(bool has_prediction) const {
-  if (!has_prediction) {
-    const bool lost = epoch_ != 0 && !pose_;
-    return {lost ? Badge::kLost : Badge::kNoModel,
-            "DELAYED VIDEO (no prediction)",
-            {lost_reason_.empty() ? "waiting for the model" : lost_reason_}};
-  }
-  const Duration age = pose_time_ - texture_time_;
-  return {age > kStaleAfter ? Badge::kStale : Badge::kOk,
-          "PREDICTED VIEW",
-          {"textures " + milliseconds_text(age) + " old",
-           std::to_string(std::lround(draw_fps_)) + " fps",
-           std::to_string(gl_->scene.triangles()) + " triangles",
-           percent_text(shares_.newest + shares_.earlier) + " measured, " +
-               percent_text(shares_.guess) + " guessed"}};
+PredictionStatus RendererProcess::prediction_status(bool has_prediction) const {
+  PredictionStatus status;
+  status.is_drawn = has_prediction;
+  status.was_mapped = epoch_ != 0 && !pose_;
+  status.reason = poses_->reason();
+  status.note = poses_->note();
+  if (pose_) status.texture_age = pose_->instant - texture_time_;
+  status.fps = drawn_.fps;
+  status.triangles = gl_->scene.triangles();
+  status.shares = shares_;
+  return status;
 }
 
 // Reading pixels back costs time: always for a listener, else twice a second for the figures.
@@ -228,21 +257,24 @@ void RendererProcess::read_prediction() {
   shares_ = count_sources(picture.source);
   shares_time_ = node_.now();
   if (listener_) {
-    listener_(
-        {pose_time_, texture_time_, epoch_, *pose_, camera_->undistorted(), std::move(picture)});
+    listener_({*pose_, texture_time_, camera_->undistorted(), std::move(picture)});
   }
 }
 
-void RendererProcess::publish_stats(bool has_prediction, Duration elapsed) {
+void RendererProcess::publish_stats(bool has_prediction, Time begin) {
+  const Time now = node_.now();
   display_stats_t stats{};
-  stats.utime = pose_time_.us;
+  stats.shown_utime = now.us;
+  if (has_prediction) {
+    stats.utime = pose_->instant.us;
+    stats.command_utime = pose_->command_time.us;
+    stats.epoch = epoch_;
+    stats.textured_share = static_cast<float>(shares_.newest + shares_.earlier);
+    stats.guessed_share = static_cast<float>(shares_.guess);
+  }
   stats.texture_utime = texture_time_.us;
   stats.mesh_utime = mesh_time_.us;
-  stats.epoch = has_prediction ? epoch_ : 0;
-  stats.draw_ms = static_cast<float>(1e3 * elapsed.seconds());
-  stats.textured_share =
-      has_prediction ? static_cast<float>(shares_.newest + shares_.earlier) : 0.f;
-  stats.guessed_share = has_prediction ? static_cast<float>(shares_.guess) : 0.f;
+  stats.draw_ms = static_cast<float>(1e3 * (now - begin).seconds());
   stats.n_triangles = gl_->scene.triangles();
   stats_.publish(stats);
   node_.set_metric("draw_ms", stats.draw_ms);
@@ -250,23 +282,23 @@ void RendererProcess::publish_stats(bool has_prediction, Duration elapsed) {
     node_.set_state(ProcessState::kOk, "");
   } else {
     node_.set_state(ProcessState::kWaiting,
-                    video_time_.us == 0 ? "no video yet" : "no prediction yet: " + lost_reason_);
+                    video_.count == 0 ? "no video yet" : "no prediction yet: " + poses_->reason());
   }
 }
 
 void RendererProcess::handle_keys() {
   for (int key : gl_->context->take_keys()) {
-    if (key == '1') layout_ = Layout::kDelayed;
-    if (key == '2') layout_ = Layout::kPredicted;
-    if (key == '3') layout_ = Layout::kSideBySide;
+    for (const NamedLayout& l : kLayouts) {
+      if (key == l.key) layout_ = l.layout;
+    }
     if (key == 'Q') node_.finish("closed by key", true);
   }
   if (gl_->context->should_close()) node_.finish("window closed", true);
 }
 
 void RendererProcess::record() {
-  if (drawn_ == 0 || !gl_->recorder) return;
-  if (std::exchange(recorded_drawn_, drawn_) != drawn_) {
+  if (drawn_.count == 0 || !gl_->recorder) return;
+  if (std::exchange(recorded_drawn_, drawn_.count) != drawn_.count) {
     gl_->context->make_current();
     gl_->recorded = gl_->context->read_rgb();
   }
@@ -279,11 +311,11 @@ void RendererProcess::record() {
 }
 
 void RendererProcess::update_rates() {
-  draw_fps_ = drawn_ - drawn_mark_;
-  video_fps_ = videos_ - videos_mark_;
-  drawn_mark_ = drawn_;
-  videos_mark_ = videos_;
-  node_.set_metric("fps", draw_fps_);
+  for (Stream* stream : {&drawn_, &video_, &undelayed_}) {
+    stream->fps = stream->count - stream->mark;
+    stream->mark = stream->count;
+  }
+  node_.set_metric("fps", drawn_.fps);
   node_.set_metric("textured_share", shares_.newest + shares_.earlier);
 }
 

@@ -25,7 +25,8 @@ NOT_IN_A_CORE = {
     r"<(thread|mutex|condition_variable|future)>": "threads"}
 # Cores whose very subject is messages.
 ABOUT_MESSAGES = {"procs/camera/frame_converter.h", "procs/top/health_table.h"}
-CORE_OF_COMMON = ["camera_model", "mesh", "frames", "time", "image", "map_delta", "carving_delta"]
+CORE_OF_COMMON = ["arm_model", "camera_model", "carving_delta", "frames", "image", "joint_reference",
+                  "map_delta", "mesh", "time", "trapezoid"]
 
 
 def sources(folder):

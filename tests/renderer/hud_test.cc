@@ -10,10 +10,11 @@ using HudTest = RendererTest;
 
 TEST(LayoutTest, PicturesKeepTheirAspectAndStayInside) {
   for (const auto& [w, h] : {std::pair{1280, 480}, {640, 480}, {333, 777}, {1, 1}, {2000, 100}}) {
-    for (const Layout layout : {Layout::kDelayed, Layout::kPredicted, Layout::kSideBySide}) {
+    for (const Layout layout : {Layout::kDelayed, Layout::kPredicted, Layout::kSideBySide,
+                                Layout::kInset, Layout::kUndelayed}) {
       const Places places = place_pictures(layout, w, h, 4.0 / 3.0);
       EXPECT_EQ(places.delayed.has_value() && layout == Layout::kPredicted, false);
-      for (const auto& place : {places.delayed, places.predicted}) {
+      for (const auto& place : {places.delayed, places.predicted, places.undelayed}) {
         if (!place) continue;
         EXPECT_GE(place->x_px, 0);
         EXPECT_GE(place->y_px, 0);
@@ -26,6 +27,10 @@ TEST(LayoutTest, PicturesKeepTheirAspectAndStayInside) {
   const Places both = place_pictures(Layout::kSideBySide, 1280, 480, 4.0 / 3.0);
   EXPECT_EQ(both.delayed->width_px, 640);
   EXPECT_EQ(both.predicted->x_px, 640);
+  const Places inset = place_pictures(Layout::kInset, 640, 480, 4.0 / 3.0);
+  EXPECT_EQ(inset.predicted->width_px, 640);
+  EXPECT_EQ(inset.delayed->x_px, 640 - 213);
+  EXPECT_TRUE(place_pictures(Layout::kUndelayed, 640, 480, 4.0 / 3.0).undelayed);
   EXPECT_FALSE(place_pictures(Layout::kDelayed, 0, 480, 1).delayed);
 }
 
