@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "common/simulation.h"
+#include "bench/evaluate/swarm.h"
 #include "procs/renderer/process.h"
 
 namespace foresight {
@@ -26,7 +26,7 @@ class RecordedLine {
   /// Builds and starts all processes. Throws StartupError.
   explicit RecordedLine(const RecordedLineOptions& options);
 
-  Simulation& world() { return world_; }
+  Simulation& world() { return swarm_.world(); }
   RendererProcess& renderer() { return *renderer_; }
   /// Distortion-afflicted intrinsics of IMAGE.
   CameraModel camera() const { return camera_; }
@@ -36,12 +36,8 @@ class RecordedLine {
   void restart(const std::string& process);
 
  private:
-  template <class P>
-  P& add(const std::vector<std::string>& defaults);
-
   RecordedLineOptions options_;
-  Simulation world_;
-  std::map<std::string, std::function<Process&()>> adders_;
+  Swarm swarm_;
   RendererProcess* renderer_ = nullptr;
   CameraModel camera_;
   Time end_;

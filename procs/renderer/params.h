@@ -11,10 +11,10 @@ struct RendererParams {
   std::string display = "auto";
   std::string layout = "side_by_side";
   std::string predict = "camera_pose";
-  std::string arm = "deploy/arms/wam4.yaml";
-  double max_velocity_rad_per_s = 1;
-  double max_acceleration_rad_per_s2 = 1;
-  double joint_margin_rad = 0.05;
+  std::string arm_file = "deploy/arms/wam4.yaml";
+  double velocity_limit_rad_per_s = 1;
+  double acceleration_limit_rad_per_s2 = 1;
+  double limit_margin_rad = 0.05;
   double command_timeout_s = 0.5;
   bool undelayed_video = false;
   int picture_width_px = 640;
@@ -38,12 +38,12 @@ struct RendererParams {
       {.choices = {"camera_pose", "robot", "command"},
        .doc = "the pose to draw: the newest undelayed CAMERA_POSE (recorded video); where the arm "
               "will be, its controller's profile included; or the commanded joints themselves"});
-    v("arm", arm, {.doc = "arm description, for robot and command"});
-    v("max_velocity_rad_per_s", max_velocity_rad_per_s,
+    v("arm_file", arm_file, {.doc = "arm description, for robot and command"});
+    v("velocity_limit_rad_per_s", velocity_limit_rad_per_s,
       {.unit = "rad/s", .min = 0.01, .max = 10, .doc = "of the controller's profile"});
-    v("max_acceleration_rad_per_s2", max_acceleration_rad_per_s2,
+    v("acceleration_limit_rad_per_s2", acceleration_limit_rad_per_s2,
       {.unit = "rad/s2", .min = 0.01, .max = 100, .doc = "of the controller's profile"});
-    v("joint_margin_rad", joint_margin_rad,
+    v("limit_margin_rad", limit_margin_rad,
       {.unit = "rad", .min = 0, .max = 1, .doc = "that the controller keeps from joint limits"});
     v("command_timeout_s", command_timeout_s,
       {.unit = "s", .min = 0.05, .max = 60, .doc = "after which the controller stops the arm"});

@@ -55,12 +55,12 @@ class RobotPoseSource : public PoseSource {
                         &RobotPoseSource::on_base);
   }
   void start() override {
-    const ArmModel arm = load_arm_file(params_.arm);
+    const ArmModel arm = load_arm_file(params_.arm_file);
     const CameraPredictorOptions options{
         .joints =
             params_.predict == "command" ? PredictedJoints::kCommand : PredictedJoints::kRobot,
-        .limits = {params_.max_velocity_rad_per_s, params_.max_acceleration_rad_per_s2},
-        .joint_margin_rad = params_.joint_margin_rad,
+        .limits = {params_.velocity_limit_rad_per_s, params_.acceleration_limit_rad_per_s2},
+        .joint_margin_rad = params_.limit_margin_rad,
         .command_timeout = seconds(params_.command_timeout_s)};
     predictor_ = std::make_unique<CameraPredictor>(arm, options);
   }
