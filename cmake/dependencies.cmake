@@ -12,6 +12,7 @@ pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
 find_package(GTest REQUIRED)
 find_package(embree 3 REQUIRED)
+find_package(assimp 5.2 REQUIRED)
 find_package(CLI11 REQUIRED)
 
 # Debian ships no CMake package for LCM, and its .pc file needs glib headers that we do not use.

@@ -63,6 +63,7 @@ void Trapezoid::chain(MotionState state, const std::array<double, 3>& accelerati
 }
 
 MotionState Trapezoid::at(double time_s) const {
+  if (time_s >= duration_s()) return {target_, 0, 0};
   double left_s = std::max(0.0, time_s);
   for (const Piece& piece : pieces_) {
     if (left_s < piece.duration_s) return advance(piece.start, left_s);

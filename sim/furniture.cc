@@ -18,21 +18,33 @@ Frame tilted(const Frame& frame, const Vector3f& axis, float angle_rad) {
   return frame * Eigen::AngleAxisf(angle_rad, axis);
 }
 
+// The front of a box that add_box() made.
+Target front_target(const std::string& name, const Frame& box, const Vector3f& size_m) {
+  Eigen::Matrix3f box_from_face;  // x right is −y, y down is −z, z into it is x
+  box_from_face << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Eigen::Matrix3f world_from_face = box.linear() * box_from_face;
+  const Vector3f middle = box * Vector3f(-size_m.x() / 2, 0, size_m.z() / 2);
+  return {name,
+          {Eigen::Matrix3d(world_from_face.cast<double>()), middle.cast<double>()},
+          size_m.y(),
+          size_m.z()};
+}
+
 }  // namespace
 
-void Furnisher::desk(const Frame& frame, const Vector3f& size_m) {
+void Furnisher::desk(const std::string& name, const Frame& frame, const Vector3f& size_m) {
   constexpr float kThickness_m = 0.04f, kLeg_m = 0.06f;
   Finish top = stretched(palette_.desk_wood);
   top.light_step_m = 0.012f;
   BoxFinish slab = all_sides(tiled(palette_.shelf_wood, 0.6f));
   slab.top = top;
-  add_box(scene_, "desk", moved(frame, 0, 0, size_m.z() - kThickness_m),
+  add_box(scene_, name, moved(frame, 0, 0, size_m.z() - kThickness_m),
           {size_m.x(), size_m.y(), kThickness_m}, slab);
   Finish metal = tiled(palette_.dark_metal, 0.3f);
   metal.light_step_m = 0.05f;
   for (const float x : {-1.0f, 1.0f}) {
     for (const float y : {-1.0f, 1.0f}) {
-      add_box(scene_, "desk.leg",
+      add_box(scene_, name + ".leg",
               moved(frame, x * (size_m.x() / 2 - 0.07f), y * (size_m.y() / 2 - 0.07f), 0),
               {kLeg_m, kLeg_m, size_m.z() - kThickness_m}, all_sides(metal));
     }
@@ -169,10 +181,13 @@ void Furnisher::carton(const Frame& frame, const Vector3f& size_m) {
 }
 
 void Furnisher::letter_card(const Frame& frame, size_t letter) {
+  const Vector3f size_m(0.006f, 0.1f, 0.1f);
   BoxFinish finish = all_sides(tiled(palette_.white, 0.1f));
   finish.front = stretched(palette_.letters[letter]);
-  add_box(scene_, std::string("letter_") + static_cast<char>('A' + letter),
-          tilted(frame, Vector3f::UnitY(), 0.2f), {0.006f, 0.1f, 0.1f}, finish);
+  const std::string name(1, static_cast<char>('A' + letter));
+  const Frame card = tilted(frame, Vector3f::UnitY(), 0.2f);
+  add_box(scene_, "letter_" + name, card, size_m, finish);
+  scene_.targets.push_back(front_target(name, card, size_m));
 }
 
 void Furnisher::picture_box(const Frame& frame, const Vector3f& size_m, int texture) {
@@ -210,17 +225,27 @@ void Furnisher::book_stack(const Frame& frame, int count) {
   }
 }
 
-void Furnisher::led_panel(const Frame& frame) {
-  const Finish dark = tiled(palette_.dark_plastic, 0.2f);
+void Furnisher::led_panel(const Frame& frame, const std::bitset<9>& lit) {
+  constexpr float kSide_m = 0.08f, kDepth_m = 0.012f, kPitch_m = 0.022f;
+  const size_t number = scene_.led_panels.size();
   const Frame panel = tilted(frame, Vector3f::UnitY(), 0.25f);
-  add_box(scene_, "led_panel", panel, {0.02f, 0.12f, 0.12f}, all_sides(dark));
+  BoxFinish finish = all_sides(tiled(palette_.dark_plastic, 0.2f));
+  finish.front = stretched(palette_.panels[number % palette_.panels.size()]);
+  add_box(scene_, "led_panel", panel, {kDepth_m, kSide_m, kSide_m}, finish);
+  const std::string name = "panel_" + std::to_string(number + 1);
+  LedPanel record{front_target(name, panel, {kDepth_m, kSide_m, kSide_m}), {}};
   for (int i = 0; i < 9; ++i) {
-    const float y = 0.035f * static_cast<float>(1 - i % 3);
-    const float z = 0.025f + 0.035f * static_cast<float>(2 - i / 3);
-    const Frame led = tilted(moved(panel, -0.01f, y, z), Vector3f::UnitY(), -kPi / 2);
-    const Finish red{palette_.red, 0, random_.below(3) == 0 ? 1.5f : 0.45f};
-    add_stump(scene_, "led_" + std::to_string(i), led, {0.011f, 0.009f, 0.004f, 12}, red, red);
+    const float y = kPitch_m * static_cast<float>(1 - i % 3);
+    const float z = kSide_m / 2 + kPitch_m * static_cast<float>(1 - i / 3);
+    const Frame led = tilted(moved(panel, -kDepth_m / 2, y, z), Vector3f::UnitY(), -kPi / 2);
+    const Finish rim = tiled(palette_.grey_plastic, 0.1f);
+    add_stump(scene_, "led_rim", led, {0.0075f, 0.0065f, 0.0015f, 16}, rim, rim);
+    const bool on = lit[static_cast<size_t>(i)];
+    record.surfaces[static_cast<size_t>(i)] =
+        add_dome(scene_, "led_" + std::to_string(i) + ".top", moved(led, 0, 0, 0.0016f), 0.0055f,
+                 0.003f, {palette_.led, 0, on ? LedPanel::kLitGlow : 0});
   }
+  scene_.led_panels.push_back(record);
 }
 
 void Furnisher::sheet(const std::string& name, const Frame& frame, float depth_m, float width_m,

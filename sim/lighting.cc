@@ -97,7 +97,9 @@ class Baker {
   std::array<Vector3f, kRays> hemisphere_;
 };
 
+// What is smaller than half a step gets one sample, in its middle.
 int sample_count(float length_m, float step_m) {
+  if (length_m < 0.5f * step_m) return 1;
   return std::clamp(static_cast<int>(std::ceil(length_m / step_m)) + 1, 2, 256);
 }
 
@@ -136,7 +138,7 @@ TextureLevel light_map(const Baker& baker, const Surface& surface, float gamma) 
   const int width = sample_count(std::max((c[1] - c[0]).norm(), (c[2] - c[3]).norm()), step_m);
   const int height = sample_count(std::max((c[3] - c[0]).norm(), (c[2] - c[1]).norm()), step_m);
   const auto part = [](int i, int count) {
-    return static_cast<float>(i) / static_cast<float>(count - 1);
+    return count > 1 ? static_cast<float>(i) / static_cast<float>(count - 1) : 0.5f;
   };
   std::vector<Vector3f> light;
   light.reserve(static_cast<size_t>(width) * height);
@@ -155,16 +157,41 @@ TextureLevel light_map(const Baker& baker, const Surface& surface, float gamma) 
   return map;
 }
 
+// The middle of each surface's largest triangle.
+std::vector<Vector3f> middles_of_surfaces(const Scene& scene) {
+  std::vector<Vector3f> middles(scene.surfaces.size(), Vector3f::Zero());
+  std::vector<float> largest(scene.surfaces.size(), -1);
+  for (const Triangle& triangle : scene.triangles) {
+    const auto corner = [&](int i) { return scene.vertices[triangle.vertices[i]].point_in_world; };
+    const float area = (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
+    if (area <= largest[triangle.surface]) continue;
+    largest[triangle.surface] = area;
+    middles[triangle.surface] = (corner(0) + corner(1) + corner(2)) / 3;
+  }
+  return middles;
+}
+
 }  // namespace
 
 void bake_lighting(Scene& scene, const LightingParams& params) {
   const Baker baker(scene, params);
   for (Surface& surface : scene.surfaces) {
-    if (surface.finish.glow > 0) {
-      const float level = 255 / kLightMapRange * surface.finish.glow;
-      surface.light = {1, 1, {pack_texel(level, level, level)}};
-    } else {
-      surface.light = light_map(baker, surface, params.gamma);
+    surface.light = light_map(baker, surface, params.gamma);
+  }
+}
+
+void turn_to_light(Scene& scene, const LightingParams& params) {
+  const Baker baker(scene, params);
+  const std::vector<Vector3f> middles = middles_of_surfaces(scene);
+  for (size_t i = 0; i < middles.size(); ++i) {
+    Surface& surface = scene.surfaces[i];
+    const auto light_on = [&](const Vector3f& normal) {
+      return baker.light_at({middles[i] + kLift_m * normal, normal}).sum();
+    };
+    const Vector3f normal = (surface.normal_left + surface.normal_right).normalized();
+    if (light_on(-normal) > 1.05f * light_on(normal)) {
+      surface.normal_left = -surface.normal_left;
+      surface.normal_right = -surface.normal_right;
     }
   }
 }

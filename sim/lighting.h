@@ -12,7 +12,12 @@ struct LightingParams {
   float gamma = 2.2f;            // picture level = light^(1/gamma)
 };
 
-/// Replaces every surface's light map. Rays: 16 per lamp and 16 for ambient light per sample.
+/// Replaces every surface's light map (also of what glows: it may be put out later). Rays: 16 per
+/// lamp and 16 for ambient light per sample.
 void bake_lighting(Scene& scene, const LightingParams& params = {});
+
+/// Turns the light's normals to the side that gets more light, for triangles whose order of corners
+/// cannot be trusted.
+void turn_to_light(Scene& scene, const LightingParams& params = {});
 
 }  // namespace foresight::sim

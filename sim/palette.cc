@@ -12,7 +12,6 @@ void paint_materials(uint64_t seed, Scene& scene, Palette& p) {
   const Rgb plasters[] = {{206, 200, 186}, {196, 204, 206}, {208, 196, 178}};
   const Rgb bricks[] = {{164, 112, 92}, {172, 140, 122}, {150, 104, 88}};
   p.white = add(paint_plaster(64, {236, 236, 234}, 1, random), true);
-  p.red = add(paint_plaster(64, {216, 42, 34}, 4, random), true);
   p.desk_wood = add(paint_wood(2048, 1024, {}, random), false);
   p.shelf_wood = add(paint_wood(512, 512, {{186, 150, 106}, {136, 98, 62}, 1}, random), true);
   p.floor = add(paint_wood(1024, 1024, {{150, 112, 78}, {96, 68, 46}, 8}, random), true);
@@ -47,6 +46,8 @@ void paint_prints(uint64_t seed, Scene& scene, Palette& p) {
   for (int i = 0; i < 14; ++i) p.spines.push_back(add(paint_book_spine(random)));
   for (int i = 0; i < 5; ++i) p.covers.push_back(add(paint_book_cover(random)));
   for (int i = 0; i < 4; ++i) p.labels.push_back(add(paint_can_label(random)));
+  p.led = add(paint_led());
+  for (int i = 1; i <= 2; ++i) p.panels.push_back(add(paint_led_panel(i)));
   p.leaves = {add(paint_leaf({74, 128, 52}, random)), add(paint_leaf({98, 150, 70}, random)),
               add(paint_leaf({52, 98, 48}, random))};
 }

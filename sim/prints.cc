@@ -230,4 +230,31 @@ cv::Mat paint_can_label(Random& random) {
   return image;
 }
 
+cv::Mat paint_led() {
+  constexpr int kSize = 64;
+  cv::Mat image(kSize, kSize, CV_8UC3);
+  const Rgb core{86, 30, 26}, rim{52, 6, 5};
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const double radius = std::hypot(x - kSize / 2 + 0.5, y - kSize / 2 + 0.5) / (kSize / 2);
+      const double weight = std::clamp(1.25 - 1.5 * radius, 0.0, 1.0);
+      const Rgb colour = rim + (core - rim) * weight;
+      image.at<cv::Vec3b>(y, x) = {static_cast<uint8_t>(colour[0]), static_cast<uint8_t>(colour[1]),
+                                   static_cast<uint8_t>(colour[2])};
+    }
+  }
+  return image;
+}
+
+cv::Mat paint_led_panel(int number) {
+  cv::Mat image = blank(256, 256, {38, 40, 44});
+  cv::rectangle(image, {5, 5}, {250, 250}, {214, 212, 204}, 6);
+  for (const int x : {22, 233}) {
+    for (const int y : {22, 233}) cv::circle(image, {x, y}, 7, {150, 150, 146}, cv::FILLED);
+  }
+  write_line(image, {92, 12, 72, 18}, "PANEL " + std::to_string(number), {214, 212, 204}, 1);
+  write_line(image, {104, 226, 48, 16}, "3 x 3", {150, 150, 146}, 1);
+  return image;
+}
+
 }  // namespace foresight::sim

@@ -109,6 +109,7 @@ class RayCamera::Impl {
         pixel_count_(static_cast<size_t>(params.model.width_px) * params.model.height_px),
         levels_(3 * pixel_count_),
         surfaces_(pixel_count_) {
+    set_exposure(params.exposure);
     prepare_gains();
     Random random(1, "sensor noise");
     noise_.resize(kNoiseTable + 3 * static_cast<size_t>(params.model.width_px));
@@ -144,8 +145,14 @@ class RayCamera::Impl {
 
   const CameraModel& model() const { return params_.model; }
 
+  void set_exposure(double exposure) {
+    FORESIGHT_CHECK(exposure > 0 && std::isfinite(exposure));
+    exposure_gain_ = static_cast<float>(std::pow(exposure, 1 / kGamma));
+  }
+  void set_glow(int surface, float glow) { shader_.set_glow(surface, glow); }
+
  private:
-  // Gain of the picture level per pixel: exposure and vignetting.
+  // Gain of the picture level per pixel: vignetting.
   void prepare_gains() {
     const CameraModel& m = params_.model;
     const double corner2 = m.width_px * m.width_px / 4.0 + m.height_px * m.height_px / 4.0;
@@ -153,8 +160,7 @@ class RayCamera::Impl {
     for (int y = 0; y < m.height_px; ++y) {
       for (int x = 0; x < m.width_px; ++x) {
         const double r2 = (Eigen::Vector2d(x, y) - Eigen::Vector2d(m.cx_px, m.cy_px)).squaredNorm();
-        const double light =
-            params_.exposure * (1 - params_.vignetting * std::min(r2 / corner2, 1.0));
+        const double light = 1 - params_.vignetting * std::min(r2 / corner2, 1.0);
         gains_.insert(gains_.end(), 3,
                       static_cast<float>(std::pow(std::max(light, 0.0), 1 / kGamma)));
       }
@@ -249,7 +255,7 @@ class RayCamera::Impl {
       const float* noise = &noise_[random.below(kNoiseTable)];
       const float* level = &levels_[row];
       for (size_t i = 0; i < row_bytes; ++i) {
-        const float exposed = level[i] * gains_[row + i] + noise[i];
+        const float exposed = exposure_gain_ * level[i] * gains_[row + i] + noise[i];
         image.bytes[row + i] =
             static_cast<uint8_t>(std::min(std::max(exposed, 0.0f), 255.0f) + 0.5f);
       }
@@ -262,6 +268,7 @@ class RayCamera::Impl {
   Shader shader_;
   std::vector<Packet> tiles_;
   size_t pixel_count_;
+  float exposure_gain_ = 1;
   std::vector<float> gains_;   // per pixel and channel
   std::vector<float> noise_;   // a table
   std::vector<float> levels_;  // per pixel and channel
@@ -283,6 +290,11 @@ Image RayCamera::render(std::span<const WorldFromCam> world_from_cam_while_open,
 }
 DepthImage RayCamera::render_depth(const WorldFromCam& world_from_cam) const {
   return impl_->render_depth(world_from_cam);
+}
+void RayCamera::set_exposure(double exposure) { impl_->set_exposure(exposure); }
+void RayCamera::set_glow(int surface, float glow) { impl_->set_glow(surface, glow); }
+void RayCamera::light_led(const LedPanel& panel, int led, bool on) {
+  impl_->set_glow(panel.surfaces.at(static_cast<size_t>(led)), on ? LedPanel::kLitGlow : 0);
 }
 const CameraModel& RayCamera::model() const { return impl_->model(); }
 

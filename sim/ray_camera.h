@@ -29,7 +29,7 @@ enum class Antialiasing {
 
 struct RayCameraParams {
   CameraModel model;
-  double exposure = 1.0;     // gain on the light
+  double exposure = 1.0;     // gain on the light; set_exposure() changes it
   double vignetting = 0.12;  // light lost in the image's corners, 0 … 1
   double noise_levels = 0;   // standard deviation, 8-bit levels
   Antialiasing antialiasing = Antialiasing::kEdges;
@@ -53,6 +53,14 @@ class RayCamera {
   /// RGB image of an open shutter: the mean light of the poses, one ray per pixel each.
   Image render(std::span<const Pose<World, Cam>> world_from_cam_while_open, uint64_t frame_seed);
   DepthImage render_depth(const Pose<World, Cam>& world_from_cam) const;
+
+  /// Changes for the pictures to come: exposure (gain on the light, > 0) and what shines. A few ns
+  /// each; nothing is rebuilt. Other cameras in the scene do not notice.
+  void set_exposure(double exposure);
+  /// glow 0 gives the surface back its baked light. surface: an index in scene.surfaces.
+  void set_glow(int surface, float glow);
+  /// led: 0 … 8, in rows from the upper left.
+  void light_led(const LedPanel& panel, int led, bool on);
 
   const CameraModel& model() const;
 

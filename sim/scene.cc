@@ -156,6 +156,39 @@ void add_stump(Scene& scene, const std::string& name, const Frame& world_from_st
   add_disc(scene, name + ".bottom", rings, false, world_from_stump, shape, caps);
 }
 
+int add_dome(Scene& scene, const std::string& name, const Frame& world_from_dome, float radius_m,
+             float height_m, const Finish& finish) {
+  constexpr int kSegments = 12;
+  const int index = static_cast<int>(scene.surfaces.size());
+  const auto point = [&](float x, float y, float z) -> Vector3f {
+    return world_from_dome * Vector3f(x * radius_m, y * radius_m, z * height_m);
+  };
+  const Vector3f normal = world_from_dome.linear().col(2);
+  // Seen from its top with x up: y is to the left.
+  scene.surfaces.push_back({name,
+                            finish,
+                            {point(1, 1, 1), point(1, -1, 1), point(-1, -1, 1), point(-1, 1, 1)},
+                            normal,
+                            normal,
+                            white_light()});
+  const auto vertex = [&](int i, float share, float z) {
+    const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i % kSegments) /
+                        static_cast<float>(kSegments);
+    const float x = share * std::cos(angle), y = share * std::sin(angle);
+    const Vector2f uv(0.5f - 0.5f * y, 0.5f - 0.5f * x);
+    return add_vertex(scene, {point(x, y, z), uv, uv});
+  };
+  const int top = vertex(0, 0, 1);
+  for (int i = 0; i < kSegments; ++i) {
+    const int inner = vertex(i, 0.65f, 0.75f), next_inner = vertex(i + 1, 0.65f, 0.75f);
+    const int outer = vertex(i, 1, 0), next_outer = vertex(i + 1, 1, 0);
+    scene.triangles.push_back({{top, inner, next_inner}, index});
+    scene.triangles.push_back({{inner, outer, next_outer}, index});
+    scene.triangles.push_back({{inner, next_outer, next_inner}, index});
+  }
+  return index;
+}
+
 std::optional<std::string> write_scene_ply(const Scene& scene, const std::string& path) {
   Mesh mesh;
   for (const Vertex& vertex : scene.vertices) {

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "common/frames.h"
 #include "sim/texture.h"
 
 namespace foresight::sim {
@@ -24,8 +25,9 @@ constexpr float kLightMapRange = 1.6f;
 /// How a surface looks.
 struct Finish {
   int texture = 0;
-  float tile_m = 0;            // side of one repeat; 0 stretches the texture over the surface
-  float glow = 0;              // > 0: shines by itself at this brightness, whatever lights the room
+  float tile_m = 0;  // side of one repeat; 0 stretches the texture over the surface
+  float glow = 0;    // > 0: shines by itself at this brightness, whatever lights the room;
+                     // RayCamera::set_glow() changes it later
   float light_step_m = 0.02f;  // distance between the samples of its light map
 };
 
@@ -56,12 +58,32 @@ struct Lamp {
   Eigen::Vector3f radiance;  // red, green, blue; 1 m² of radiance 1 lights a wall 1 m away to 1
 };
 
+/// The front of something flat, as a coordinate frame: origin in its middle, x right, y down, z
+/// into it, as its viewer sees it. A camera that faces it squarely has the same axes.
+struct Face {};
+
+/// Something flat that an experiment asks for, such as a card with a letter.
+struct Target {
+  std::string name;
+  Pose<World, Face> world_from_face;
+  double width_m = 0, height_m = 0;
+};
+
+/// A panel with 3×3 lamps. Lit and put out by RayCamera::light_led().
+struct LedPanel {
+  Target target;
+  std::array<int, 9> surfaces{};  // of the LEDs, in rows from the upper left
+  static constexpr float kLitGlow = 4.5f;
+};
+
 struct Scene {
   std::vector<Texture> textures;
   std::vector<Surface> surfaces;
   std::vector<Vertex> vertices;
   std::vector<Triangle> triangles;
   std::vector<Lamp> lamps;
+  std::vector<Target> targets;
+  std::vector<LedPanel> led_panels;
 
   int add_texture(Texture texture) {
     textures.push_back(std::move(texture));
@@ -99,6 +121,11 @@ struct Stump {
 };
 void add_stump(Scene& scene, const std::string& name, const Frame& world_from_stump,
                const Stump& shape, const Finish& side, const Finish& caps);
+
+/// A shallow dome on the frame's origin, along z: one surface, with the texture seen from its top.
+/// Returns the surface's index.
+int add_dome(Scene& scene, const std::string& name, const Frame& world_from_dome, float radius_m,
+             float height_m, const Finish& finish);
 
 /// Writes the triangles as binary PLY. An error line, or nothing on success.
 [[nodiscard]] std::optional<std::string> write_scene_ply(const Scene& scene,

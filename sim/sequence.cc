@@ -11,6 +11,7 @@
 
 #include "common/errors.h"
 #include "sim/lab.h"
+#include "sim/scene_loader.h"
 
 namespace foresight::sim {
 namespace {
@@ -108,13 +109,13 @@ void write_camera_file(const fs::path& path, const CameraModel& camera, double r
 
 class Writer {
  public:
-  Writer(const fs::path& folder, const SequenceParams& params, const Scene& lab)
+  Writer(const fs::path& folder, const SequenceParams& params, const Scene& scene)
       : folder_(folder),
         params_(params),
         trajectory_(params.trajectory, params.seed),
-        camera_(lab, {.model = sequence_camera(params.width_px, params.distorted),
-                      .noise_levels = params.noise_levels,
-                      .antialiasing = params.antialiasing}),
+        camera_(scene, {.model = sequence_camera(params.width_px, params.distorted),
+                        .noise_levels = params.noise_levels,
+                        .antialiasing = params.antialiasing}),
         rgb_(folder / "rgb.txt"),
         truth_(folder / "groundtruth.txt"),
         depth_(folder / "depth.txt") {
@@ -178,26 +179,29 @@ CameraModel sequence_camera(int width_px, bool distorted) {
   return camera;
 }
 
-void write_sequence(const std::string& folder, const SequenceParams& params,
-                    const Progress& progress) {
+std::vector<std::string> write_sequence(const std::string& folder, const SequenceParams& params,
+                                        const Progress& progress) {
   const fs::path root(folder);
+  LoadReport report;
+  const Scene scene = params.scene_file.empty() ? make_lab(params.seed)
+                                                : load_scene(params.scene_file, {}, &report);
   make_folder(root / "rgb");
   if (params.depth_every > 0) make_folder(root / "depth");
   write_camera_file(root / "camera.yaml", sequence_camera(params.width_px, params.distorted),
                     params.rate_hz);
-  const Scene lab = make_lab(params.seed);
   if (params.with_mesh) {
-    if (const auto error = write_scene_ply(lab, (root / "mesh_true.ply").string())) {
+    if (const auto error = write_scene_ply(scene, (root / "mesh_true.ply").string())) {
       throw UnavailableError(*error);
     }
   }
-  Writer writer(root, params, lab);
+  Writer writer(root, params, scene);
   const auto count = static_cast<int64_t>(std::floor(params.duration_s * params.rate_hz + 1e-9));
   for (int64_t i = 0; i < count; ++i) {
     writer.write_frame(i);
     progress(i + 1, count);
   }
   writer.close();
+  return report.warnings;
 }
 
 }  // namespace foresight::sim

@@ -1,5 +1,5 @@
-// Writes what a ray-traced camera sees on its way through the lab as a folder in the layout of the
-// TUM RGB-D benchmark:
+// Writes what a ray-traced camera sees on its way through the lab, or a scene from a file, as a
+// folder in the layout of the TUM RGB-D benchmark:
 //
 //   rgb/<time>.jpg  rgb.txt          pictures (quality 85), "time file" per line
 //   groundtruth.txt                  "time tx ty tz qx qy qz qw": camera to world, metres;
@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "sim/ray_camera.h"
 #include "sim/trajectory.h"
@@ -19,7 +20,8 @@
 namespace foresight::sim {
 
 struct SequenceParams {
-  uint64_t seed = 1;  // of lab, trajectory and noise
+  uint64_t seed = 1;       // of lab, trajectory and noise
+  std::string scene_file;  // see scene_loader.h; empty: the lab
   double duration_s = 20;
   double rate_hz = 30;
   int width_px = 640;  // the height is 3/4 of it
@@ -38,8 +40,9 @@ CameraModel sequence_camera(int width_px, bool distorted);
 /// Called after each frame with the number written so far and in all.
 using Progress = std::function<void(int64_t, int64_t)>;
 
-/// Writes the folder, which may exist. Throws UnavailableError where a file cannot be written.
-void write_sequence(const std::string& folder, const SequenceParams& params,
-                    const Progress& progress);
+/// Writes the folder, which may exist. Throws UnavailableError where a file cannot be written, and
+/// what load_scene() throws. Its warnings come back as lines.
+std::vector<std::string> write_sequence(const std::string& folder, const SequenceParams& params,
+                                        const Progress& progress);
 
 }  // namespace foresight::sim

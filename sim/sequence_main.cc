@@ -1,4 +1,5 @@
-// sim-sequence: a ray-traced image sequence of the lab, in TUM layout, with exact ground truth.
+// sim-sequence: a ray-traced image sequence of the lab or of a scene file, in TUM layout, with
+// exact ground truth.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -59,6 +60,8 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--seed", o.params.seed, "of lab, trajectory and noise")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  app.add_option("--scene", o.params.scene_file,
+                 "an .obj, .gltf or .glb file instead of the lab; put where an arm fits");
   app.add_option("--seconds", o.params.duration_s, "length")
       ->check(within(0.01, 3600.0))
       ->capture_default_str();
@@ -114,7 +117,10 @@ int main(int argc, char** argv) {
     return foresight::kExitUsage;
   }
   try {
-    foresight::sim::write_sequence(options.folder, options.parsed(), show_progress);
+    for (const std::string& warning :
+         foresight::sim::write_sequence(options.folder, options.parsed(), show_progress)) {
+      std::fprintf(stderr, "sim-sequence: %s\n", warning.c_str());
+    }
   } catch (const foresight::StartupError& error) {
     std::fprintf(stderr, "sim-sequence: %s\n", error.what());
     return error.code();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/check.h"
+
 namespace foresight::sim {
 
 using Eigen::Vector3f;
@@ -18,10 +20,10 @@ FixedColour sample_light(const TextureLevel& map, float x, float y) {
                       static_cast<uint32_t>(y_fixed & 255));
 }
 
-Colour lit(const FixedColour& paint, const FixedColour& light) {
-  constexpr float kScale = kLightMapRange / 255 / 256 / 256;
-  const auto product = [](uint32_t a, uint32_t b) {
-    return kScale * static_cast<float>(static_cast<int>(a)) *
+Colour lit(const FixedColour& paint, const FixedColour& light, float gain) {
+  const float scale = gain * (kLightMapRange / 255 / 256 / 256);
+  const auto product = [scale](uint32_t a, uint32_t b) {
+    return scale * static_cast<float>(static_cast<int>(a)) *
            static_cast<float>(static_cast<int>(b));
   };
   return {product(paint.red_and_blue & 0xFFFF, light.red_and_blue & 0xFFFF),
@@ -29,11 +31,27 @@ Colour lit(const FixedColour& paint, const FixedColour& light) {
           product(paint.red_and_blue >> 16, light.red_and_blue >> 16)};
 }
 
+// The light map of everything that glows; its gain makes the brightness.
+const TextureLevel& full_light() {
+  static const TextureLevel map{1, 1, {pack_texel(255, 255, 255)}};
+  return map;
+}
+
 }  // namespace
 
-Shader::Shader(const Scene& scene) {
+Shader::Shader(const Scene& scene) : scene_(scene) {
   facets_.reserve(scene.triangles.size());
   for (const Triangle& triangle : scene.triangles) facets_.push_back(facet_of(scene, triangle));
+  lights_.resize(scene.surfaces.size());
+  for (size_t i = 0; i < lights_.size(); ++i) {
+    set_glow(static_cast<int>(i), scene.surfaces[i].finish.glow);
+  }
+}
+
+void Shader::set_glow(int surface, float glow) {
+  FORESIGHT_CHECK(surface >= 0 && static_cast<size_t>(surface) < lights_.size());
+  lights_[surface] = glow > 0 ? Light{&full_light(), glow / kLightMapRange}
+                              : Light{&scene_.surfaces[surface].light, 1};
 }
 
 Shader::Affine Shader::affine(const std::array<Vector3f, 3>& points,
@@ -70,18 +88,18 @@ Shader::Facet Shader::facet_of(const Scene& scene, const Triangle& triangle) {
       std::max(facet.texture_u.slope.norm() * static_cast<float>(texture.levels[0].width),
                facet.texture_v.slope.norm() * static_cast<float>(texture.levels[0].height));
   facet.texture = &texture;
-  facet.light = &surface.light;
   facet.surface = triangle.surface;
   return facet;
 }
 
-Shader::Coordinates Shader::locate(const Facet& facet, const RayPacket& rays) {
+Shader::Coordinates Shader::locate(const Facet& facet, const TextureLevel& light,
+                                   const RayPacket& rays) {
   Coordinates c;
   const Vector3f& o = rays.origin;
   const Vector3f& n = facet.normal;
   const float height = facet.plane_offset - n.dot(o);
-  const float last_x = static_cast<float>(facet.light->width - 1);
-  const float last_y = static_cast<float>(facet.light->height - 1);
+  const float last_x = static_cast<float>(light.width - 1);
+  const float last_y = static_cast<float>(light.height - 1);
   for (int i = 0; i < kPacket; ++i) {
     const float dx = rays.x[i], dy = rays.y[i], dz = rays.z[i];
     const float distance = height / (n.x() * dx + n.y() * dy + n.z() * dz);
@@ -121,13 +139,14 @@ void Shader::shade(const RayPacket& rays, float pixel_width,
     const int triangle = left[first];
     if (triangle < 0) continue;
     const Facet& facet = facets_[triangle];
-    const Coordinates c = locate(facet, rays);
+    const Light& light = lights_[facet.surface];
+    const Coordinates c = locate(facet, *light.map, rays);
     const TextureFilter filter = filter_for(facet, rays, first, c.distance[first], pixel_width);
     for (int i = first; i < kPacket; ++i) {
       if (left[i] != triangle) continue;
       left[i] = -1;
       const FixedColour paint = sample_texture(*facet.texture, filter, c.u[i], c.v[i]);
-      colours[i] = lit(paint, sample_light(*facet.light, c.light_x[i], c.light_y[i]));
+      colours[i] = lit(paint, sample_light(*light.map, c.light_x[i], c.light_y[i]), light.gain);
     }
   }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "sim/scene.h"
 
@@ -35,6 +36,9 @@ class Shader {
 
   int surface(int triangle) const { return facets_[triangle].surface; }
 
+  /// From now on the surface shines at this brightness; 0 gives it back its baked light.
+  void set_glow(int surface, float glow);
+
  private:
   // A coordinate as an affine function of the point: xyz·point + w.
   struct Affine {
@@ -50,8 +54,12 @@ class Shader {
     Affine texture_u, texture_v, light_x, light_y;  // light in texels
     float texels_per_m;
     const Texture* texture;
-    const TextureLevel* light;
     int surface;
+  };
+  // What lights a surface: its light map, or for one that glows a map of white.
+  struct Light {
+    const TextureLevel* map;
+    float gain;
   };
   // Where all rays of a packet would meet a facet's plane.
   struct Coordinates {
@@ -60,11 +68,13 @@ class Shader {
   static Affine affine(const std::array<Eigen::Vector3f, 3>& points,
                        const std::array<float, 3>& values);
   static Facet facet_of(const Scene& scene, const Triangle& triangle);
-  static Coordinates locate(const Facet& facet, const RayPacket& rays);
+  static Coordinates locate(const Facet& facet, const TextureLevel& light, const RayPacket& rays);
   static TextureFilter filter_for(const Facet& facet, const RayPacket& rays, int ray,
                                   float distance, float pixel_width);
 
+  const Scene& scene_;
   std::vector<Facet> facets_;
+  std::vector<Light> lights_;  // per surface
 };
 
 }  // namespace foresight::sim

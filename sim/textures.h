@@ -49,6 +49,8 @@ cv::Mat paint_can_label(Random& random);
 cv::Mat paint_cardboard(bool printed, Random& random);
 cv::Mat paint_whiteboard(int width, int height, Random& random);
 cv::Mat paint_notes(Random& random);  // a pin board with coloured notes
+cv::Mat paint_led();                  // a red lens from its top, dark while it does not shine
+cv::Mat paint_led_panel(int number);  // its front without the LEDs
 
 // Brushes the painters share.
 

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "common/errors.h"
 #include "sim/ray_camera.h"
 #include "sim/sequence.h"
 #include "sim/trajectory.h"
@@ -76,6 +77,77 @@ TEST(Lab, HasTheThingsThatTasksNeed) {
   for (const char* name : {"letter_A.front", "letter_F.front", "led_0.top", "led_8.top",
                            "monitor.screen", "whiteboard.front", "desk.top", "wall.left"}) {
     EXPECT_TRUE(names.contains(name)) << name;
+  }
+}
+
+TEST(Lab, RefusesPlacesAndLettersThatDoNotExist) {
+  for (const char* letters : {"", "ABC", "ABCDEFA", "AACDEF", "abcdef", "ABCDEG"}) {
+    EXPECT_THROW(make_lab({.letters = letters}), ConfigError) << letters;
+  }
+  for (const std::array<int, 2> places : {std::array{0, 0}, {-1, 2}, {0, kPanelPlaces}}) {
+    EXPECT_THROW(make_lab({.panel_places = places}), ConfigError);
+  }
+}
+
+// What a camera sees that faces the target squarely from this far.
+Image view_of(RayCamera& camera, const Target& target, double distance_m) {
+  const Pose<World, Face>& face = target.world_from_face;
+  return camera.render({face.rotation(), face * Eigen::Vector3d(0, 0, -distance_m)}, 0);
+}
+
+int level_at(const Image& image, const Eigen::Vector2d& pixel, int channel) {
+  const auto x = static_cast<size_t>(pixel.x() + 0.5), y = static_cast<size_t>(pixel.y() + 0.5);
+  return image.bytes[3 * (y * static_cast<size_t>(image.width_px) + x) + channel];
+}
+
+TEST(Lab, CardsStandWhereTheTargetsSay) {
+  const Scene scene = make_lab({.letters = " ABCD "});
+  ASSERT_EQ(scene.targets.size(), 4u);
+  RayCamera camera(scene, {.model = sequence_camera(320, false)});
+  for (size_t i = 0; i < 4; ++i) {
+    const Target& target = scene.targets[i];
+    EXPECT_EQ(target.name, std::string(1, static_cast<char>('A' + i)));
+    const double distance_m = 0.2;
+    const Image image = view_of(camera, target, distance_m);
+    // White just inside the printed frame in all four corners, but not beyond the card's edge.
+    for (const double x : {-1, 1}) {
+      for (const double y : {-1, 1}) {
+        const Eigen::Vector3d offset(0.985 * x * target.width_m / 2,
+                                     0.985 * y * target.height_m / 2, distance_m);
+        EXPECT_GT(level_at(image, camera.model().project(offset), 2), 90) << target.name;
+      }
+    }
+    const DepthImage depth =
+        camera.render_depth({target.world_from_face.rotation(),
+                             target.world_from_face * Eigen::Vector3d(0, 0, -distance_m)});
+    EXPECT_NEAR(depth.depth_m[120 * 320 + 160], distance_m, 1e-3);
+  }
+}
+
+TEST(Lab, LedsAreLitOneByOne) {
+  const Scene scene = make_lab({.panel_places = {4, 2}, .leds_lit = {0b000000001, 0}});
+  ASSERT_EQ(scene.led_panels.size(), 2u);
+  RayCamera camera(scene, {.model = sequence_camera(320, false)});
+  for (const LedPanel& panel : scene.led_panels) {
+    const double distance_m = 0.15;
+    const auto red_of = [&](int led) {
+      const std::array<Eigen::Vector3f, 4>& c = scene.surfaces[panel.surfaces[led]].corners;
+      const Pose<Face, World> face_from_world = panel.target.world_from_face.inverse();
+      const Eigen::Vector3d in_face = face_from_world * ((c[0] + c[2]) / 2).cast<double>();
+      EXPECT_NEAR(in_face.x(), 0.022 * (led % 3 - 1), 1e-4);
+      EXPECT_NEAR(in_face.y(), 0.022 * (led / 3 - 1), 1e-4);
+      const Image image = view_of(camera, panel.target, distance_m);
+      return level_at(image, camera.model().project(in_face + Eigen::Vector3d(0, 0, distance_m)),
+                      0);
+    };
+    for (int led = 0; led < 9; ++led) {
+      const bool first = &panel == &scene.led_panels[0] && led == 0;
+      if (!first) EXPECT_LT(red_of(led), 110) << panel.target.name << led;
+      camera.light_led(panel, led, true);
+      EXPECT_GT(red_of(led), 230) << panel.target.name << led;
+      camera.light_led(panel, led, false);
+      EXPECT_LT(red_of(led), 110) << panel.target.name << led;
+    }
   }
 }
 

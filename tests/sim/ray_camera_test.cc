@@ -174,6 +174,26 @@ TEST(RayCamera, ExposureVignettingAndNoiseAreAsAsked) {
   EXPECT_NEAR(deviation[0], 4, 0.3);
 }
 
+TEST(RayCamera, ExposureAndGlowChangeWhileItRuns) {
+  Scene scene = board(cv::Mat(64, 64, CV_8UC3, cv::Scalar(100, 100, 100)), 20);
+  const uint32_t half = pack_texel(127.5f / kLightMapRange, 127.5f / kLightMapRange, 0);
+  scene.surfaces[0].light = {1, 1, {half}};
+  RayCamera camera(scene, {.model = sequence_camera(160, false), .vignetting = 0});
+  const auto level = [](RayCamera& c) { return cv::mean(gray(c.render(facing(1), 0)))[0]; };
+  EXPECT_EQ(level(camera), 100);
+  camera.set_exposure(2);
+  EXPECT_NEAR(level(camera), 100 * std::pow(2, 1 / 2.2), 1);
+  camera.set_exposure(1);
+  camera.set_glow(0, 2.5f);
+  EXPECT_NEAR(level(camera), 250, 1e-6);
+  camera.set_glow(0, 0);  // back to the baked light, which is yellow
+  const Image image = camera.render(facing(1), 0);
+  EXPECT_NEAR(image.bytes[0], 50, 1);
+  EXPECT_EQ(image.bytes[2], 0);
+  RayCamera other(scene, {.model = sequence_camera(160, false), .vignetting = 0});
+  EXPECT_EQ(level(other), 100);
+}
+
 TEST(RayCamera, AnOpenShutterBlursAlongTheMotion) {
   const Scene scene = checkered_board();
   RayCamera camera(scene, {.model = sequence_camera(320, false), .vignetting = 0});

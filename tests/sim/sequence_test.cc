@@ -147,6 +147,20 @@ TEST_F(Sequence, ProgramRefusesBadUseInOneLine) {
   EXPECT_EQ(run("--help"), 0);
 }
 
+TEST_F(Sequence, ProgramShowsAScene) {
+  const std::string scene = (root_ / "box.obj").string();
+  std::ofstream(scene) << "v 1 -1 -1\nv 1 1 -1\nv 1 1 1\nv 1 -1 1\nf 1 2 3 4\nmtllib no.mtl\n";
+  const std::string folder = (root_ / "out").string();
+  const std::string options = " --seconds 0.2 --fps 10 --width 64 --scene ";
+  ASSERT_EQ(run(folder + options + scene), 0);
+  EXPECT_EQ(lines(root_ / "out/rgb.txt").size(), 2u);
+  EXPECT_EQ(run((root_ / "other").string() + options + (root_ / "nowhere.obj").string()),
+            kExitUnavailable);
+  ASSERT_EQ(lines(root_ / "output.txt").size(), 1u);
+  EXPECT_NE(lines(root_ / "output.txt")[0].find("nowhere.obj"), std::string::npos);
+  EXPECT_FALSE(fs::exists(root_ / "other"));
+}
+
 TEST_F(Sequence, ProgramSaysWhenItCannotWrite) {
   std::ofstream(root_ / "file") << "in the way";
   EXPECT_EQ(run((root_ / "file/out").string()), kExitUnavailable);

@@ -1,0 +1,207 @@
+#include "procs/wam_controller/arm_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace foresight {
+namespace {
+
+// What quantisation and a late time-stamp may add to a joint's way between two readings.
+constexpr double kJumpTolerance_rad = 0.02;
+
+JointVector zeros(int size) { return JointVector::Zero(size); }
+
+int largest(const JointVector& values) {
+  Eigen::Index row = 0;
+  values.cwiseAbs().maxCoeff(&row);
+  return static_cast<int>(row);
+}
+
+}  // namespace
+
+const char* to_string(ArmReason reason) {
+  switch (reason) {
+    case ArmReason::kNone:
+      return "";
+    case ArmReason::kNoEncoders:
+      return "no encoder readings";
+    case ArmReason::kEstop:
+      return "E-STOP";
+    case ArmReason::kNotActivated:
+      return "the arm is not activated (pendant)";
+    case ArmReason::kNoCommandYet:
+      return "waits for an engaged command";
+    case ArmReason::kCommandsEnded:
+      return "commands stopped coming";
+    case ArmReason::kLetGo:
+      return "the operator let go";
+    case ArmReason::kEncoderJump:
+      return "encoder jumped";
+    case ArmReason::kTrackingError:
+      return "too far from its reference";
+    case ArmReason::kSafetyFault:
+      return "fault of the safety board";
+    case ArmReason::kNoNumber:
+      return "torque is not a number";
+  }
+  return "?";
+}
+
+ArmController::ArmController(const ArmModel& arm, const ControllerOptions& options)
+    : arm_(arm),
+      options_(options),
+      dynamics_(arm, options.gravity_in_base_m_per_s2),
+      gate_(arm.size(), options.command_max_age),
+      reference_(options.motion_limits),
+      servo_(arm, options.velocity_filter_hz),
+      motion_{zeros(arm.size()), zeros(arm.size()), zeros(arm.size())},
+      torque_nm_(zeros(arm.size())) {}
+
+bool ArmController::is_active() const {
+  return status_.state != ArmState::kIdle && status_.state != ArmState::kFault;
+}
+
+void ArmController::enter(ArmState state, ArmReason reason, int joint) {
+  status_ = {state, reason, joint};
+  if (is_active()) return;
+  torque_nm_.setZero();
+  tracking_error_rad_ = 0;
+}
+
+void ArmController::fail(ArmReason reason, int joint) {
+  enter(ArmState::kFault, reason, joint);
+  board_was_idle_ = safety_ == Safety::kIdle;
+}
+
+CommandVerdict ArmController::on_command(Time arrival, const ArmCommand& command) {
+  const CommandVerdict verdict = gate_.admit(arrival, command);
+  if (verdict != CommandVerdict::kAccepted) return verdict;
+  expire(arrival);
+  command_time_ = command.time;
+  command_arrival_ = arrival;
+  if (command.is_engaged) {
+    follow(arrival, command.position_rad);
+  } else if (status_.state == ArmState::kFollowing) {
+    reference_.stop(arrival);
+    enter(ArmState::kStopping, ArmReason::kLetGo);
+  }
+  return verdict;
+}
+
+void ArmController::follow(Time arrival, const JointVector& target_rad) {
+  const JointVector inside = arm_.clamp(target_rad, options_.limit_margin_rad);
+  if (inside != target_rad) ++commands_limited_;
+  if (!is_active()) return;
+  reference_.follow(arrival, inside);
+  enter(ArmState::kFollowing, ArmReason::kNone);
+}
+
+// The stop begins exactly when the time is over, however late this is noticed.
+void ArmController::expire(Time now) {
+  const Time end = command_arrival_ + options_.command_timeout;
+  if (status_.state != ArmState::kFollowing || now <= end) return;
+  reference_.stop(end);
+  enter(ArmState::kStopping, ArmReason::kCommandsEnded);
+}
+
+const JointVector& ArmController::step(const ArmReading& reading) {
+  if (!take_encoders(reading)) return torque_nm_;
+  heed_safety(reading);
+  if (is_active()) control();
+  return torque_nm_;
+}
+
+// False for a reading that is not newer than the last one. A gap ends the activity: what the arm
+// did meanwhile is not known.
+bool ArmController::take_encoders(const ArmReading& reading) {
+  const Duration since_last = reading.time - time_;
+  const bool is_gap = !has_reading_ || since_last > options_.encoder_timeout ||
+                      since_last < options_.encoder_timeout * -1;
+  if (!is_gap && since_last.us <= 0) return false;
+  time_ = reading.time;
+  has_reading_ = true;
+  safety_ = reading.safety;
+  dt_s_ = is_gap ? 0 : since_last.seconds();
+  if (is_gap) {
+    if (is_active()) enter(ArmState::kIdle, ArmReason::kNoEncoders);
+    servo_.reset(reading.position_rad);
+    return true;
+  }
+  const int jumped = find_jump(reading.position_rad);
+  if (jumped < 0) {
+    servo_.measure(reading.position_rad, dt_s_);
+    return true;
+  }
+  servo_.reset(reading.position_rad);
+  if (is_active()) fail(ArmReason::kEncoderJump, jumped);
+  return true;
+}
+
+int ArmController::find_jump(const JointVector& position_rad) const {
+  const JointVector way = position_rad - servo_.position_rad();
+  const int joint = largest(way);
+  const double possible = options_.encoder_jump_rad_per_s * dt_s_ + kJumpTolerance_rad;
+  return std::abs(way[joint]) > possible ? joint : -1;
+}
+
+void ArmController::heed_safety(const ArmReading& reading) {
+  const bool is_board_active = reading.safety == Safety::kActive;
+  if (status_.state == ArmState::kFault) {
+    board_was_idle_ = board_was_idle_ || reading.safety == Safety::kIdle;
+    if (is_board_active && board_was_idle_ && reading.fault.empty()) activate();
+  } else if (!reading.fault.empty()) {
+    fail(ArmReason::kSafetyFault, -1);
+  } else if (!is_board_active) {
+    const bool is_estop = reading.safety == Safety::kEstop;
+    enter(ArmState::kIdle, is_estop ? ArmReason::kEstop : ArmReason::kNotActivated);
+  } else if (status_.state == ArmState::kIdle) {
+    activate();
+  }
+}
+
+void ArmController::activate() {
+  servo_.reset(servo_.position_rad());
+  reference_.rest(time_, servo_.position_rad());
+  enter(ArmState::kHolding, ArmReason::kNoCommandYet);
+}
+
+void ArmController::control() {
+  expire(time_);
+  if (status_.state == ArmState::kStopping && reference_.is_at_rest(time_)) {
+    enter(ArmState::kHolding, status_.reason);
+  }
+  motion_ = reference_.at(time_);
+  const JointVector error = motion_.position_rad - servo_.position_rad();
+  const int worst = largest(error);
+  tracking_error_rad_ = std::abs(error[worst]);
+  if (!(tracking_error_rad_ <= options_.tracking_error_limit_rad)) {
+    return fail(ArmReason::kTrackingError, worst);
+  }
+  const JointVector rest = zeros(arm_.size());
+  const bool moves = options_.inertia_feed_forward;
+  const JointVector feed_forward =
+      dynamics_.torque_nm(servo_.position_rad(), moves ? motion_.velocity_rad_per_s : rest,
+                          moves ? motion_.acceleration_rad_per_s2 : rest);
+  torque_nm_ = servo_.torque_nm(motion_, feed_forward, dt_s_);
+  if (!torque_nm_.allFinite()) fail(ArmReason::kNoNumber, -1);
+}
+
+void ArmController::on_time(Time now) {
+  const bool is_silent = has_reading_ && now - time_ > options_.encoder_timeout;
+  if (!is_silent) return;
+  has_reading_ = false;
+  if (status_.state != ArmState::kFault) enter(ArmState::kIdle, ArmReason::kNoEncoders);
+}
+
+ArmSnapshot ArmController::snapshot() const {
+  ArmSnapshot s{time_,           servo_.position_rad(),   servo_.velocity_rad_per_s(),
+                motion_,         reference_.target_rad(), command_time_,
+                command_arrival_};
+  if (is_active()) return s;
+  const JointVector rest = zeros(arm_.size());
+  s.reference = {s.position_rad, rest, rest};
+  s.target_rad = s.position_rad;
+  return s;
+}
+
+}  // namespace foresight

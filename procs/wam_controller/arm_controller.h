@@ -1,0 +1,127 @@
+// The arm's controller without its surroundings: what it does at each encoder reading and at each
+// command. The reference is one trapezoid per joint, re-fitted at every command from where it is
+// (paper §II-D); the joints follow it by PID with gravity compensation and inertia feed-forward.
+//
+//   ArmController controller(arm, options);
+//   controller.on_command(arrival, command);          // 30 Hz
+//   hardware.write(controller.step(reading));          // 500 Hz
+//
+// The reference depends on the admitted commands and their arrival times alone, not on when steps
+// happen, so that JointReference in another process repeats it. States and who changes them:
+//
+//   idle ──board ACTIVE──► holding ──engaged command──► following ──time-out, let go──► stopping
+//    ▲ board not ACTIVE,      ▲ reference at rest ◄──────────────────────────────────────┘
+//    └ no encoders            (engaged commands lead from stopping to following, too)
+//   any ──board's fault; encoder jump or large tracking error while active──► fault
+//   fault ──board was IDLE and is ACTIVE again──► holding
+//
+// Torques are zero in idle and fault. on_command() and step() neither allocate nor throw.
+#pragma once
+
+#include "common/arm_model.h"
+#include "common/joint_reference.h"
+#include "procs/wam_controller/arm_dynamics.h"
+#include "procs/wam_controller/arm_hardware.h"
+#include "procs/wam_controller/command_gate.h"
+#include "procs/wam_controller/joint_servo.h"
+
+namespace foresight {
+
+struct ControllerOptions {
+  MotionLimits motion_limits;           // of the reference: rad/s, rad/s²
+  double limit_margin_rad = 0.05;       // targets stay this far inside the joint limits
+  Duration command_timeout{500'000};    // without commands for this long it ramps down
+  Duration command_max_age{2'000'000};  // older ones are dropped
+  Duration encoder_timeout{100'000};    // without encoders for this long it is idle
+  double encoder_jump_rad_per_s = 20;   // joints cannot be faster: the encoder has jumped
+  double tracking_error_limit_rad = 0.15;
+  double velocity_filter_hz = 100;
+  bool inertia_feed_forward = true;
+  Eigen::Vector3d gravity_in_base_m_per_s2{0, 0, -9.81};
+};
+
+enum class ArmState : int8_t { kIdle = 0, kHolding, kFollowing, kStopping, kFault };
+
+enum class ArmReason : uint8_t {
+  kNone,
+  kNoEncoders,
+  kEstop,
+  kNotActivated,
+  kNoCommandYet,
+  kCommandsEnded,
+  kLetGo,
+  kEncoderJump,
+  kTrackingError,
+  kSafetyFault,
+  kNoNumber,
+};
+/// For people; names no joint.
+const char* to_string(ArmReason reason);
+
+struct ArmStatus {
+  ArmState state = ArmState::kIdle;
+  ArmReason reason = ArmReason::kNoEncoders;
+  int joint = -1;  // that the reason is about, from 0; −1: none
+  bool operator==(const ArmStatus&) const = default;
+};
+
+/// joint_state_t as a core type.
+struct ArmSnapshot {
+  Time time;
+  JointVector position_rad, velocity_rad_per_s;
+  JointMotion reference;
+  JointVector target_rad;
+  Time command_time, command_arrival;  // 0: none yet
+};
+
+class ArmController {
+ public:
+  ArmController(const ArmModel& arm, const ControllerOptions& options);
+
+  /// `arrival`: on the clock that stamps the readings.
+  CommandVerdict on_command(Time arrival, const ArmCommand& command);
+  /// The joint torques that answer a reading. Zero unless the arm is active.
+  const JointVector& step(const ArmReading& reading);
+  /// To be called now and then in case that readings stop coming.
+  void on_time(Time now);
+
+  const ArmStatus& status() const { return status_; }
+  const CommandCounts& counts() const { return gate_.counts(); }
+  int64_t commands_limited() const { return commands_limited_; }
+  /// Of the last reading; reference and target are the measured position unless active.
+  ArmSnapshot snapshot() const;
+  /// Largest |reference − measured| of a joint in the last step; 0 unless active.
+  double tracking_error_rad() const { return tracking_error_rad_; }
+
+ private:
+  bool is_active() const;
+  void enter(ArmState state, ArmReason reason, int joint = -1);
+  void fail(ArmReason reason, int joint);
+  void expire(Time now);
+  void follow(Time arrival, const JointVector& target_rad);
+  bool take_encoders(const ArmReading& reading);
+  void heed_safety(const ArmReading& reading);
+  void activate();
+  void control();
+  int find_jump(const JointVector& position_rad) const;
+
+  ArmModel arm_;
+  ControllerOptions options_;
+  ArmDynamics dynamics_;
+  CommandGate gate_;
+  JointReference reference_;
+  JointServo servo_;
+  ArmStatus status_;
+  Safety safety_ = Safety::kEstop;
+  bool board_was_idle_ = false;  // since the fault
+  bool has_reading_ = false;
+  Time time_;        // of the last reading
+  double dt_s_ = 0;  // before it
+  Time command_time_, command_arrival_;
+  int64_t commands_limited_ = 0;
+  JointMotion motion_;
+  JointVector torque_nm_;
+  double tracking_error_rad_ = 0;
+};
+
+}  // namespace foresight

@@ -1,0 +1,217 @@
+#include "procs/wam_controller/process.h"
+
+#include <sys/mman.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <sstream>
+
+#include "common/realtime.h"
+#include "procs/wam_controller/can_socket.h"
+
+namespace foresight {
+namespace {
+
+constexpr int kRealtimePriority = 20;  // above the link
+constexpr Duration kPeriod = milliseconds(2);
+constexpr double kGravity_m_per_s2 = 9.81;
+
+ControllerOptions options_of(const WamControllerParams& p) {
+  using Eigen::AngleAxisd, Eigen::Vector3d;
+  const Eigen::Matrix3d level_from_base = (AngleAxisd(p.base_pitch_rad, Vector3d::UnitY()) *
+                                           AngleAxisd(p.base_roll_rad, Vector3d::UnitX()))
+                                              .toRotationMatrix();
+  return {
+      .motion_limits = {p.velocity_limit_rad_per_s, p.acceleration_limit_rad_per_s2},
+      .limit_margin_rad = p.limit_margin_rad,
+      .command_timeout = seconds(p.command_timeout_s),
+      .command_max_age = seconds(p.command_max_age_s),
+      .encoder_timeout = seconds(p.encoder_timeout_s),
+      .encoder_jump_rad_per_s = p.encoder_jump_rad_per_s,
+      .tracking_error_limit_rad = p.tracking_error_limit_rad,
+      .velocity_filter_hz = p.velocity_filter_hz,
+      .inertia_feed_forward = p.inertia_feed_forward,
+      .gravity_in_base_m_per_s2 = level_from_base.transpose() * Vector3d(0, 0, -kGravity_m_per_s2)};
+}
+
+void check_margin(const ArmModel& arm, const WamControllerParams& params) {
+  for (const ArmJoint& joint : arm.joints) {
+    if (joint.upper_rad - joint.lower_rad > 2 * params.limit_margin_rad) continue;
+    throw ConfigError("limit_margin_rad: leaves a joint of " + params.arm + " no room");
+  }
+}
+
+JointVector torque_units_of(const WamControllerParams& params, int joint_count) {
+  std::istringstream words(params.can_torque_units_per_nm);
+  JointVector units(joint_count);
+  for (int i = 0; i < joint_count; ++i) {
+    if (!(words >> units[i]) || !(units[i] > 0)) {
+      throw ConfigError("can_torque_units_per_nm: needs " + std::to_string(joint_count) +
+                        " numbers above 0: the pucks' property IPNM");
+    }
+  }
+  return units;
+}
+
+ArmCommand read(const joint_command_t& m) {
+  const auto count = std::min<size_t>(m.position_rad.size(), kMaxJoints);
+  return {{m.utime},  m.session,
+          m.seq,      m.engaged != 0,
+          m.n_joints, JointVector::Map(m.position_rad.data(), static_cast<Eigen::Index>(count))};
+}
+
+std::vector<double> write(const JointVector& v) { return {v.data(), v.data() + v.size()}; }
+
+}  // namespace
+
+WamControllerProcess::WamControllerProcess(Node& node, const WamControllerParams& params)
+    : node_(node),
+      params_(params),
+      joint_states_(node.advertise<joint_state_t>({.channel = "JOINT_STATE",
+                                                   .rate_hz = params.joint_state_rate_hz,
+                                                   .doc = "joints, measured and reference"})),
+      states_(node.advertise<controller_state_t>(
+          {.channel = "CONTROLLER_STATE", .rate_hz = 10, .doc = "what it does, and why"})),
+      jitter_(kPeriod) {
+  node.subscribe<joint_command_t>(
+      {.channel = "JOINT_COMMAND", .rate_hz = 30, .doc = "where the operator wants the joints"},
+      Queue::kAll, [this](const joint_command_t& m) { on_command(m); });
+  if (params.hardware == "sim") {
+    messages_ = std::make_unique<EncoderSource>(node, [this] { step(); });
+  } else {
+    node.every(kPeriod, "control", [this] { step(); });
+  }
+  node.every(milliseconds(100), "state", [this] { on_timer(); });
+}
+
+void WamControllerProcess::start() {
+  const ArmModel arm = load_arm_file(params_.arm);
+  check_margin(arm, params_);
+  controller_.emplace(arm, options_of(params_));
+  if (messages_) {
+    messages_->start(arm, seconds(params_.encoder_timeout_s));
+    hardware_ = messages_.get();
+  } else {
+    start_can(arm);
+  }
+  start_realtime();
+  report_health();
+}
+
+void WamControllerProcess::start_can(const ArmModel& arm) {
+  const JointVector units = torque_units_of(params_, arm.size());
+  if (!params_.can_arm_is_at_home) {
+    throw ConfigError("can_arm_is_at_home: must be true: put the arm into the home position of " +
+                      params_.arm + " first, because pucks count from where they woke up");
+  }
+  can_bus_ = std::make_unique<CanSocket>(params_.can_interface);
+  can_arm_ = std::make_unique<CanArm>(*can_bus_, arm, units);
+  if (!can_arm_->start()) {
+    throw UnavailableError("can_interface: " + params_.can_interface +
+                           ": not all motor controllers answer");
+  }
+  hardware_ = can_arm_.get();
+}
+
+void WamControllerProcess::start_realtime() {
+  if (node_.is_simulated()) return;
+  has_realtime_ = params_.realtime && schedule_in_real_time(kRealtimePriority) &&
+                  mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  node_.set_metric("realtime", has_realtime_ ? 1 : 0);
+}
+
+void WamControllerProcess::on_command(const joint_command_t& message) {
+  [[maybe_unused]] const auto verdict = controller_->on_command(node_.now(), read(message));
+  report_change();
+}
+
+// One control step: at each ARM_ENCODERS message, or by timer on the CAN bus.
+void WamControllerProcess::step() {
+  ArmReading reading;
+  if (!hardware_->read(node_.now(), &reading)) return;
+  hardware_->write(controller_->step(reading));
+  if (!node_.is_simulated()) jitter_.tick(node_.now());
+  if (!reading.fault.empty()) board_fault_ = reading.fault;
+  is_warning_ = reading.is_warning;
+  largest_error_rad_ = std::max(largest_error_rad_, controller_->tracking_error_rad());
+  report_change();
+  const Duration period = seconds(1 / params_.joint_state_rate_hz);
+  const Duration late = reading.time - joint_state_due_;
+  if (late < period * -1 || late > period) joint_state_due_ = reading.time;  // or the clock jumped
+  if (reading.time < joint_state_due_) return;
+  publish_joints();
+  joint_state_due_ = joint_state_due_ + period;
+}
+
+void WamControllerProcess::on_timer() {
+  controller_->on_time(node_.now());
+  report_change();
+  publish_state();
+  set_metrics();
+}
+
+void WamControllerProcess::report_change() {
+  if (controller_->status() == reported_) return;
+  publish_state();
+  report_health();
+}
+
+std::string WamControllerProcess::reason() const {
+  const ArmStatus& status = controller_->status();
+  std::string text = to_string(status.reason);
+  if (status.joint >= 0) text = "joint " + std::to_string(status.joint + 1) + ": " + text;
+  if (status.reason == ArmReason::kSafetyFault) text += ": " + board_fault_;
+  return text;
+}
+
+void WamControllerProcess::publish_state() {
+  reported_ = controller_->status();
+  const CommandCounts& counts = controller_->counts();
+  controller_state_t m{};
+  m.utime = node_.now().us;
+  m.state = static_cast<int8_t>(reported_.state);
+  m.reason = reason();
+  m.commands_accepted = counts.accepted;
+  m.commands_out_of_order = counts.out_of_order;
+  m.commands_stale = counts.stale;
+  m.commands_refused = counts.refused;
+  m.commands_limited = controller_->commands_limited();
+  m.period_jitter_p99_ms = static_cast<float>(jitter_.p99_ms(node_.now()));
+  states_.publish(m);
+}
+
+void WamControllerProcess::publish_joints() {
+  const ArmSnapshot s = controller_->snapshot();
+  joint_state_t m{};
+  m.utime = s.time.us;
+  m.n_joints = static_cast<int32_t>(s.position_rad.size());
+  m.position_rad = write(s.position_rad);
+  m.velocity_rad_per_s = write(s.velocity_rad_per_s);
+  m.reference_position_rad = write(s.reference.position_rad);
+  m.reference_velocity_rad_per_s = write(s.reference.velocity_rad_per_s);
+  m.target_position_rad = write(s.target_rad);
+  m.command_utime = s.command_time.us;
+  m.command_arrival_utime = s.command_arrival.us;
+  joint_states_.publish(m);
+}
+
+void WamControllerProcess::report_health() {
+  const ArmState state = controller_->status().state;
+  if (state == ArmState::kIdle) return node_.set_state(ProcessState::kWaiting, reason());
+  if (state == ArmState::kFault) return node_.set_state(ProcessState::kDegraded, reason());
+  node_.set_state(ProcessState::kOk,
+                  has_realtime_ ? "" : "without real-time scheduling: late steps under load");
+}
+
+void WamControllerProcess::set_metrics() {
+  node_.set_metric("tracking_error_max_rad", largest_error_rad_);
+  node_.set_metric("safety_warning", is_warning_ ? 1 : 0);
+  largest_error_rad_ = 0;
+  if (!can_arm_) return;
+  node_.set_metric("can_send_errors", static_cast<double>(can_arm_->counts().send_errors));
+  node_.set_metric("can_incomplete_reads",
+                   static_cast<double>(can_arm_->counts().incomplete_reads));
+  node_.set_metric("can_unknown_frames", static_cast<double>(can_arm_->counts().unknown_frames));
+}
+
+}  // namespace foresight
