@@ -6,13 +6,14 @@
 
 #include "bench/evaluate/image_scores.h"
 #include "bench/evaluate/map_points.h"
+#include "bench/evaluate/true_view.h"
 #include "bench/evaluate/truth_track.h"
 #include "common/image_codec.h"
+#include "common/lcm_log.h"
 #include "common/messages.h"
 #include "common/robot_messages.h"
 #include "foresight/controller_state_t.hpp"
 #include "foresight/view_t.hpp"
-#include "sim/robot/camera_rig.h"
 
 namespace foresight {
 namespace {
@@ -40,45 +41,6 @@ double yaw_deg(const Pose<World, Base>& pose) {
   const Eigen::Vector3d x = pose.rotation() * Eigen::Vector3d::UnitX();
   return std::atan2(x.y(), x.x()) * kDegrees;
 }
-
-// The simulated world as it can be seen by whoever may know the truth.
-class TrueView {
- public:
-  TrueView(const std::string& scene, uint64_t seed, const CameraModel& camera)
-      : scene_(sim::open_scene(scene, seed)),
-        camera_(camera.undistorted()),
-        pictures_(scene_, {.model = camera_, .antialiasing = sim::Antialiasing::kEdges}),
-        coarse_camera_(camera_.scaled(16.0 / camera_.width_px)),
-        depths_(scene_, {.model = coarse_camera_}) {}
-
-  cv::Mat picture(const Pose<World, Cam>& world_from_cam) {
-    return to_mat(pictures_.render(world_from_cam, 1));
-  }
-  // Median over the picture of how far the surface that is seen from the true pose moves in the
-  // picture when it is drawn from another pose.
-  double shift_px(const Pose<World, Cam>& truth, const Pose<World, Cam>& other) const {
-    const sim::DepthImage depth = depths_.render_depth(truth);
-    const Pose<Cam, Cam> other_from_true = other.inverse() * truth;
-    std::vector<double> shifts;
-    for (int y = 0; y < depth.height_px; ++y) {
-      for (int x = 0; x < depth.width_px; ++x) {
-        const double z = depth.depth_m[static_cast<size_t>(y * depth.width_px + x)];
-        const Eigen::Vector2d ray = coarse_camera_.unproject({x, y});
-        const Eigen::Vector3d moved = other_from_true * Eigen::Vector3d(z * ray.homogeneous());
-        if (z <= 0 || moved.z() <= 1e-3) continue;
-        shifts.push_back((camera_.project(moved) - camera_.project_normalized(ray)).norm());
-      }
-    }
-    return percentile(std::move(shifts), 0.5);
-  }
-
- private:
-  sim::Scene scene_;
-  CameraModel camera_;
-  sim::RayCamera pictures_;
-  CameraModel coarse_camera_;
-  sim::RayCamera depths_;
-};
 
 // A predicted view that waits for the instant that it predicts.
 struct Pending {
@@ -319,6 +281,20 @@ class Scorer {
   std::deque<std::pair<Time, Pose<Base, Cam>>> commands_;
 };
 
+// Everything that is published, as lcm-logger would record it.
+class TrafficLog {
+ public:
+  TrafficLog(ClosedLoop& loop, const std::string& folder)
+      : robot_(folder + "/robot.lcmlog"), operator_(folder + "/operator.lcmlog") {
+    loop.world().set_tap([this](Time time, Domain domain, const std::string& channel, auto bytes) {
+      (domain == Domain::kRobot ? robot_ : operator_).write(time, channel, bytes);
+    });
+  }
+
+ private:
+  LogWriter robot_, operator_;
+};
+
 }  // namespace
 
 ClosedLoopResult evaluate(const ClosedLoopOptions& options, const ClosedLoopScoring& scoring,
@@ -328,6 +304,8 @@ ClosedLoopResult evaluate(const ClosedLoopOptions& options, const ClosedLoopScor
   result.seconds = options.seconds;
   ClosedLoop loop(options);
   Scorer scorer(loop, options, scoring, &result);
+  std::optional<TrafficLog> log;
+  if (!scoring.log_folder.empty()) log.emplace(loop, scoring.log_folder);
   double reported_s = 0;
   while (loop.step()) {
     const double now_s = (loop.world().now() - loop.start()).seconds();

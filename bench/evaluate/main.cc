@@ -2,6 +2,7 @@
 // the simulated robot (closed_loop_scorer.h).
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 
 #include "bench/evaluate/figures.h"
@@ -16,7 +17,7 @@ struct Options {
   std::vector<std::string> base_motions{"still", "waves"};
   double seconds = 60;
   std::vector<double> delays_s{0.3};
-  std::string json, csv, grid, series;
+  std::string json, csv, grid, series, log;
   int frames = 0, first_frame = 0, every = 3;
   std::vector<std::string> settings;
 };
@@ -44,6 +45,9 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--csv", o.csv, "write one line per run");
   app.add_option("--grid", o.grid, "write a PNG: truth, delayed, homography, predicted, error");
   app.add_option("--series", o.series, "with --sim: folder for CSV files of errors over time");
+  app.add_option("--log", o.log,
+                 "with --sim: folder for robot.lcmlog and operator.lcmlog, all that was published "
+                 "(session-report and --replay read them)");
 }
 
 std::vector<Report> evaluate_recorded(const Options& o) {
@@ -64,6 +68,13 @@ std::vector<Report> evaluate_recorded(const Options& o) {
   return reports;
 }
 
+std::string make_folder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw UnavailableError(path + ": cannot be made: " + error.message());
+  return path;
+}
+
 std::vector<Report> evaluate_simulated(const Options& o) {
   check_settings(o.settings, ClosedLoop::processes());
   std::vector<Report> reports;
@@ -71,7 +82,13 @@ std::vector<Report> evaluate_simulated(const Options& o) {
     for (double delay_s : o.delays_s) {
       ClosedLoopOptions loop{o.seconds, delay_s, {"sim.base_motion=" + motion}};
       loop.settings.insert(loop.settings.end(), o.settings.begin(), o.settings.end());
-      auto result = evaluate(loop, {.every = o.every}, [&](double share) {
+      ClosedLoopScoring scoring{.every = o.every};
+      if (!o.log.empty()) {
+        char delay[16];
+        std::snprintf(delay, sizeof delay, "%.2f", delay_s);
+        scoring.log_folder = make_folder(o.log + "/base_" + motion + "_" + delay);
+      }
+      auto result = evaluate(loop, scoring, [&](double share) {
         std::fprintf(stderr, "\rbase %s, delay %.2f s: %3.0f %% ", motion.c_str(), delay_s,
                      100 * share);
       });

@@ -6,6 +6,7 @@
 
 #include "common/image_codec.h"
 #include "common/messages.h"
+#include "common/robot_messages.h"
 
 namespace foresight {
 namespace {
@@ -264,11 +265,14 @@ void RendererProcess::read_prediction() {
 void RendererProcess::publish_stats(bool has_prediction, Time begin) {
   const Time now = node_.now();
   display_stats_t stats{};
+  stats.predicted_world_from_cam_quat_wxyz[0] = 1;
   stats.shown_utime = now.us;
   if (has_prediction) {
     stats.utime = pose_->instant.us;
     stats.command_utime = pose_->command_time.us;
     stats.epoch = epoch_;
+    write_transform(pose_->world_from_cam, stats.predicted_world_from_cam_quat_wxyz,
+                    stats.predicted_world_from_cam_position_m);
     stats.textured_share = static_cast<float>(shares_.newest + shares_.earlier);
     stats.guessed_share = static_cast<float>(shares_.guess);
   }

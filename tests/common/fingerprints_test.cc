@@ -20,7 +20,7 @@ const std::map<std::string, std::string> kExpected = {
     {"camera_info_t", "2a74cb5d4c5350fc"},   {"camera_pose_t", "75db4e3b4c4ae00f"},
     {"carving_delta_t", "7181fd94ee6fb564"}, {"controller_state_t", "2730c46d9dd0308f"},
     {"delta_header_t", "9bba78c3f1832d74"},  {"device_state_t", "9a504879a7527e17"},
-    {"display_stats_t", "0bf0d3e90b47f7d8"}, {"health_t", "c0e934a34f4ec6f4"},
+    {"display_stats_t", "a5c0aa210926cea3"}, {"health_t", "c0e934a34f4ec6f4"},
     {"image_t", "c6c282f2d13a9843"},         {"joint_command_t", "08942ba32dd2d57a"},
     {"joint_state_t", "ac4909dcc7cf5ebc"},   {"link_flow_t", "c60e539cb1aa9980"},
     {"link_stats_t", "33d8521290e98cbe"},    {"map_delta_t", "cec5996ce665af31"},

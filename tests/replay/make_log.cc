@@ -1,16 +1,20 @@
-// replay-log: a small synthetic session as two LCM logs (robot and operator side), the same bytes
-// on every machine: cameras on an arc look at a bumpy wall and a box in front of it. Input of the
-// replay tests.
+// replay-log: a small synthetic session as two LCM logs (robot and operator side), and an arm as
+// a third, the same bytes on every machine: cameras on an arc look at a bumpy wall and a box in
+// front of it. Input of the replay tests.
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <random>
 
+#include "common/arm_model.h"
 #include "common/errors.h"
 #include "common/image_codec.h"
+#include "common/joint_reference.h"
 #include "common/lcm_log.h"
 #include "common/messages.h"
 #include "common/node.h"
+#include "common/robot_messages.h"
+#include "foresight/arm_encoders_t.hpp"
 #include "foresight/image_t.hpp"
 #include "foresight/snapshot_request_t.hpp"
 #include "foresight/view_t.hpp"
@@ -76,7 +80,8 @@ class Session {
 
   MapDelta delta(int keyframe) {
     MapDelta d;
-    d.keyframes_set.push_back({keyframe, camera_pose(keyframe)});
+    d.keyframes_set.push_back(
+        {keyframe, camera_pose(keyframe), kStart + kFramePeriod * (keyframe + 1)});
     const Pose<Cam, Map> cam_from_map = camera_pose(keyframe).inverse();
     for (const MapPoint& p : points_) {
       if (removed_.contains(p.id)) continue;
@@ -161,18 +166,55 @@ void write_session(const std::string& prefix) {
   robot.write(kStart + seconds(2), "SNAPSHOT_REQUEST", encode(request));
 }
 
+// An arm that stands at home, is commanded to and fro, and does exactly what its controller's
+// reference asks.
+void write_arm(const std::string& prefix) {
+  LogWriter log(prefix + ".arm.lcmlog");
+  const ArmModel arm = load_arm_file("deploy/arms/wam4.yaml");
+  JointReference reference({1, 1});
+  reference.rest(kStart, arm.home());
+  for (int tick = 0; tick < 300; ++tick) {
+    const Time time = kStart + milliseconds(2) * tick;
+    if (tick % 17 == 0 && tick >= 34) {
+      joint_command_t command{};
+      command.utime = (time - milliseconds(20)).us;
+      command.session = kStart.us;
+      command.seq = tick / 17;
+      command.engaged = tick % 102 < 68 ? 1 : 0;
+      JointVector target = arm.home();
+      for (int i = 0; i < arm.size(); ++i) target[i] += (tick % 204 < 102 ? 0.1 : -0.1) / (i + 1);
+      command.position_rad = write_joints(target);
+      command.n_joints = static_cast<int32_t>(command.position_rad.size());
+      log.write(time, "JOINT_COMMAND", encode(command));
+      command.engaged != 0 ? reference.follow(time, target) : reference.stop(time);
+    }
+    arm_encoders_t reading{};
+    reading.utime = time.us;
+    reading.safety = arm_encoders_t::SAFETY_ACTIVE;
+    const JointVector motor_rad = arm.motor_from_joint * reference.at(time).position_rad;
+    for (int i = 0; i < arm.size(); ++i) {
+      const double turns = motor_rad[i] / (2 * 3.14159265358979323846);
+      reading.motor_counts.push_back(
+          static_cast<int32_t>(std::lround(turns * arm.counts_per_revolution)));
+    }
+    reading.n_motors = arm.size();
+    log.write(time, "ARM_ENCODERS", encode(reading));
+  }
+}
+
 }  // namespace
 }  // namespace foresight
 
 int main(int argc, char** argv) {
   if (argc != 2) {
     std::fprintf(stderr,
-                 "usage: replay-log PREFIX   writes PREFIX.robot.lcmlog and "
-                 "PREFIX.operator.lcmlog\n");
+                 "usage: replay-log PREFIX   writes PREFIX.robot.lcmlog, "
+                 "PREFIX.operator.lcmlog and PREFIX.arm.lcmlog\n");
     return 64;
   }
   try {
     foresight::write_session(argv[1]);
+    foresight::write_arm(argv[1]);
   } catch (const foresight::StartupError& e) {
     std::fprintf(stderr, "replay-log: %s\n", e.what());
     return e.code();

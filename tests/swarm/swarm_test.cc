@@ -16,6 +16,7 @@
 #include "foresight/mesh_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "sim/sequence.h"
+#include "tests/swarm/traffic.h"
 
 namespace foresight {
 namespace {
@@ -43,28 +44,6 @@ class SwarmEnvironment : public testing::Environment {
   void TearDown() override { std::filesystem::remove_all(sequence()); }
 };
 const auto* const kEnvironment = testing::AddGlobalTestEnvironment(new SwarmEnvironment);
-
-// Counts and hashes everything that is published.
-struct Traffic {
-  std::map<std::string, int> counts;
-  uint64_t hash = 1469598103934665603ull;
-  void add(std::span<const uint8_t> bytes, uint64_t salt) {
-    hash ^= salt;
-    for (uint8_t b : bytes) hash = (hash ^ b) * 1099511628211ull;
-  }
-};
-
-Traffic run_all(RecordedLine& line) {
-  Traffic traffic;
-  line.world().set_tap([&](Time time, Domain domain, const std::string& channel, auto bytes) {
-    ++traffic.counts[channel];
-    traffic.add(bytes, static_cast<uint64_t>(time.us) * 2 + (domain == Domain::kRobot ? 0 : 1));
-  });
-  while (line.step()) {
-  }
-  line.world().set_tap({});
-  return traffic;
-}
 
 template <class Message>
 Message decode(std::span<const uint8_t> bytes) {
