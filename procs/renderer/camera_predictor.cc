@@ -1,12 +1,16 @@
 #include "procs/renderer/camera_predictor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace foresight {
 namespace {
 
+constexpr Duration kAccelerationLasts = milliseconds(600);
 constexpr size_t kDelaysKept = 31;
+// Long enough to see an acceleration through the noise, short beside the motions of a base.
+constexpr Duration kAccelerationWindow = milliseconds(400);
 constexpr size_t kCommandsKept = 600;  // 20 s at 30 Hz
 
 }  // namespace
@@ -53,6 +57,37 @@ Duration CameraPredictor::command_delay() const {
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<int64_t>(sorted.size() / 2),
                    sorted.end());
   return std::max(Duration{}, sorted[sorted.size() / 2]);
+}
+
+bool CameraPredictor::set_base(const BaseMotion& base) {
+  const bool continues = base_ && base_->epoch == base.epoch;
+  if (continues && base.time <= base_->time && base_->time - base.time < seconds(1)) return false;
+  if (!continues || base.time < base_->time) recent_bases_.clear();
+  base_ = base;
+  recent_bases_.push_back(base);
+  while (base.time - recent_bases_.front().time > kAccelerationWindow) recent_bases_.pop_front();
+  find_base_acceleration();
+  return true;
+}
+
+// The slope of the last velocities (least squares).
+void CameraPredictor::find_base_acceleration() {
+  base_acceleration_m_per_s2_.setZero();
+  base_angular_acceleration_rad_per_s2_.setZero();
+  const Time newest = recent_bases_.back().time;
+  if (newest - recent_bases_.front().time < milliseconds(300)) return;
+  double mean_s = 0;
+  for (const BaseMotion& b : recent_bases_) mean_s += (b.time - newest).seconds();
+  mean_s /= static_cast<double>(recent_bases_.size());
+  double spread_s2 = 0;
+  for (const BaseMotion& b : recent_bases_) {
+    const double t = (b.time - newest).seconds() - mean_s;
+    spread_s2 += t * t;
+    base_acceleration_m_per_s2_ += t * b.velocity_m_per_s;
+    base_angular_acceleration_rad_per_s2_ += t * b.angular_velocity_rad_per_s;
+  }
+  base_acceleration_m_per_s2_ /= spread_s2;
+  base_angular_acceleration_rad_per_s2_ /= spread_s2;
 }
 
 std::optional<PredictedCamera> CameraPredictor::predict(Time now) {
@@ -116,12 +151,17 @@ JointVector CameraPredictor::run_reference(Time instant) const {
 Pose<World, Base> CameraPredictor::predict_base(Time instant) const {
   const Duration ahead =
       std::clamp(instant - base_->time, Duration{}, options_.longest_extrapolation);
-  const Eigen::Vector3d turn = base_->angular_velocity_rad_per_s * ahead.seconds();
+  const double t_s = ahead.seconds();
+  // Accelerations do not last: they are carried on for a while only.
+  const double bent_s2 = std::pow(std::min(t_s, kAccelerationLasts.seconds()), 2) / 2;
+  const Eigen::Vector3d turn =
+      base_->angular_velocity_rad_per_s * t_s + base_angular_acceleration_rad_per_s2_ * bent_s2;
   const double angle = turn.norm();
   const Eigen::AngleAxisd rotation(
       angle, angle > 1e-12 ? Eigen::Vector3d(turn / angle) : Eigen::Vector3d::UnitX());
   return {Eigen::Quaterniond(rotation) * base_->world_from_base.rotation(),
-          base_->world_from_base.translation() + base_->velocity_m_per_s * ahead.seconds()};
+          base_->world_from_base.translation() + base_->velocity_m_per_s * t_s +
+              base_acceleration_m_per_s2_ * bent_s2};
 }
 
 }  // namespace foresight

@@ -84,7 +84,8 @@ class CameraPredictor {
   bool add_command(const CommandedJoints& command);
   bool set_joint_state(const MeasuredJoints& state);
   void set_alignment(const MapInWorld& alignment) { alignment_ = alignment; }
-  void set_base(const BaseMotion& base) { base_ = base; }
+  /// False: older than one that is known; ignored.
+  bool set_base(const BaseMotion& base);
   /// `powered` is false while the controller applies no torque (idle, fault): commands then move
   /// nothing.
   void set_powered(bool powered) { powered_ = powered; }
@@ -99,6 +100,7 @@ class CameraPredictor {
   JointVector predict_joints(Time instant) const;
   JointVector run_reference(Time instant) const;
   Pose<World, Base> predict_base(Time instant) const;
+  void find_base_acceleration();
 
   ArmModel arm_;
   CameraPredictorOptions options_;
@@ -107,6 +109,9 @@ class CameraPredictor {
   std::optional<MeasuredJoints> state_;
   std::optional<MapInWorld> alignment_;
   std::optional<BaseMotion> base_;
+  std::deque<BaseMotion> recent_bases_;
+  Eigen::Vector3d base_acceleration_m_per_s2_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d base_angular_acceleration_rad_per_s2_ = Eigen::Vector3d::Zero();
   bool powered_ = true;
   std::string reason_;
 };

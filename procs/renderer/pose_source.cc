@@ -116,9 +116,10 @@ class RobotPoseSource : public PoseSource {
   }
   void on_base(const base_pose_t& message) {
     const auto b = read_base(message);
-    if (!b) return node_.reject_message("BASE_POSE", "is no pose");
-    predictor_->set_base({b->time, b->epoch, b->world_from_base, b->velocity_m_per_s,
-                          b->angular_velocity_rad_per_s});
+    if (!b || !predictor_->set_base({b->time, b->epoch, b->world_from_base, b->velocity_m_per_s,
+                                     b->angular_velocity_rad_per_s})) {
+      node_.reject_message("BASE_POSE", "is no pose, or older than the last");
+    }
   }
 
   Node& node_;

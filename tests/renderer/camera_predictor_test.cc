@@ -234,14 +234,34 @@ TEST_F(Predictor, CommandModeShowsTheCommandInsideTheLimits) {
 
 TEST_F(Predictor, TheBaseGoesOnWithItsVelocity) {
   make_ready();
-  BaseMotion base{kStart, 7, {}, {0.1, 0, 0}, {0, 0, 0.2}};
-  predictor_.set_base(base);
-  const auto p = predictor_.predict(kStart + milliseconds(500));
+  const Time then = kStart + milliseconds(100);
+  EXPECT_TRUE(predictor_.set_base({then, 7, {}, {0.1, 0, 0}, {0, 0, 0.2}}));
+  const auto p = predictor_.predict(then + milliseconds(500));
   ASSERT_TRUE(p);
   EXPECT_NEAR(p->world_from_base.translation().x(), 0.05, 1e-12);
   EXPECT_NEAR(Eigen::AngleAxisd(p->world_from_base.rotation()).angle(), 0.1, 1e-9);
   const auto late = predictor_.predict(kStart + seconds(20));
   EXPECT_NEAR(late->world_from_base.translation().x(), 0.15, 1e-12) << "not for ever";
+}
+
+// A ship's heave: 10 cm, 6 s. Half a second ahead at full acceleration.
+TEST_F(Predictor, TheBaseKeepsItsAccelerationForAWhile) {
+  make_ready();
+  const double rate = 2 * 3.14159265 / 6;
+  const auto height_m = [&](double t_s) { return 0.1 * std::cos(rate * t_s); };
+  for (int i = 0; i <= 90; ++i) {
+    const double t_s = i / 30.0;
+    BaseMotion base{kStart + seconds(t_s), 7, {}, {0, 0, -0.1 * rate * std::sin(rate * t_s)}, {}};
+    base.world_from_base = {Eigen::Quaterniond::Identity(), {0, 0, height_m(t_s)}};
+    EXPECT_EQ(predictor_.set_base(base), i > 0) << "the first is not newer than make_ready()'s";
+  }
+  EXPECT_FALSE(predictor_.set_base({kStart + milliseconds(2500), 7, {}})) << "not newer";
+  const auto p = predictor_.predict(kStart + milliseconds(3500));
+  ASSERT_TRUE(p);
+  const double error_m = std::abs(p->world_from_base.translation().z() - height_m(3.5));
+  const double by_velocity_m =
+      std::abs(height_m(3) - 0.1 * rate * std::sin(3 * rate) * 0.5 - height_m(3.5));
+  EXPECT_LT(error_m, 0.4 * by_velocity_m);
 }
 
 TEST_F(Predictor, TheMapIsReachedThroughTheAlignment) {
