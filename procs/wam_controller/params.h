@@ -7,7 +7,7 @@
 namespace foresight {
 
 struct WamControllerParams {
-  std::string arm = "deploy/arms/wam4.yaml";
+  std::string arm_file = "deploy/arms/wam4.yaml";
   std::string hardware = "sim";
   std::string can_interface = "can0";
   std::string can_torque_units_per_nm;
@@ -29,7 +29,7 @@ struct WamControllerParams {
 
   template <class V>
   void visit(V& v) {
-    v("arm", arm, {.doc = "description file of the arm (deploy/arms)"});
+    v("arm_file", arm_file, {.doc = "description file of the arm (deploy/arms)"});
     v("hardware", hardware,
       {.choices = {"sim", "can"},
        .doc = "sim: ARM_ENCODERS in, ARM_TORQUES out; can: the arm's CAN bus"});

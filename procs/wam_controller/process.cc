@@ -37,7 +37,7 @@ ControllerOptions options_of(const WamControllerParams& p) {
 void check_margin(const ArmModel& arm, const WamControllerParams& params) {
   for (const ArmJoint& joint : arm.joints) {
     if (joint.upper_rad - joint.lower_rad > 2 * params.limit_margin_rad) continue;
-    throw ConfigError("limit_margin_rad: leaves a joint of " + params.arm + " no room");
+    throw ConfigError("limit_margin_rad: leaves a joint of " + params.arm_file + " no room");
   }
 }
 
@@ -85,7 +85,7 @@ WamControllerProcess::WamControllerProcess(Node& node, const WamControllerParams
 }
 
 void WamControllerProcess::start() {
-  const ArmModel arm = load_arm_file(params_.arm);
+  const ArmModel arm = load_arm_file(params_.arm_file);
   check_margin(arm, params_);
   controller_.emplace(arm, options_of(params_));
   if (messages_) {
@@ -102,7 +102,7 @@ void WamControllerProcess::start_can(const ArmModel& arm) {
   const JointVector units = torque_units_of(params_, arm.size());
   if (!params_.can_arm_is_at_home) {
     throw ConfigError("can_arm_is_at_home: must be true: put the arm into the home position of " +
-                      params_.arm + " first, because pucks count from where they woke up");
+                      params_.arm_file + " first, because pucks count from where they woke up");
   }
   can_bus_ = std::make_unique<CanSocket>(params_.can_interface);
   can_arm_ = std::make_unique<CanArm>(*can_bus_, arm, units);

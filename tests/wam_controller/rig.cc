@@ -19,12 +19,12 @@ void collect(Simulation& world, const char* channel, std::vector<Message>* all) 
 
 WamControllerParams Rig::params_of(const std::string& arm) {
   WamControllerParams params;
-  params.arm = kArms + "/" + arm + ".yaml";
+  params.arm_file = kArms + "/" + arm + ".yaml";
   return params;
 }
 
 Rig::Rig(const WamControllerParams& params)
-    : arm(load_arm_file(params.arm)), plant(arm), session(world.now().us), transmission_(arm) {
+    : arm(load_arm_file(params.arm_file)), plant(arm), session(world.now().us), transmission_(arm) {
   world.add("wam_controller", {Domain::kRobot},
             [&](Node& node) { return std::make_unique<WamControllerProcess>(node, params); });
   collect(world, "CONTROLLER_STATE", &states);

@@ -1,0 +1,130 @@
+#include "procs/calibrator/kalman_base_filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace foresight::calibration {
+namespace {
+
+constexpr double kGate = 27.9;     // chi², 6 degrees of freedom: 1 in 10 000 right ones is refused
+constexpr double kReturn_s = 0.3;  // consistency asked of a tracker that comes back
+constexpr double kMaxStep_s = 0.1;  // longer spans are predicted in steps
+
+PoseNoise assumed_noise(const BaseFilterOptions& options) {
+  return {options.position_noise_m / std::sqrt(3.0),
+          options.rotation_noise_deg * kDegree / std::sqrt(3.0)};
+}
+
+}  // namespace
+
+KalmanBaseFilter::KalmanBaseFilter(const BaseFilterOptions& options)
+    : options_(options), meter_(assumed_noise(options)) {}
+
+void KalmanBaseFilter::reset(const BaseMeasurement& measurement) {
+  mixture_.reset(measurement.world_from_base(), assumed_noise(options_));
+  time_ = measured_time_ = measurement.time;
+  meter_ = NoiseMeter(assumed_noise(options_));
+  gate_.reset();
+  contender_.reset();
+  contenders_ = 0;
+}
+
+void KalmanBaseFilter::advance(Time time) {
+  while (time_ < time) {
+    const double step_s = std::min(kMaxStep_s, (time - time_).seconds());
+    // While frames are measured the velocity lives on; without them it dies away.
+    const bool is_blind = (time - measured_time_).seconds() > kMaxStep_s;
+    mixture_.predict(step_s, is_blind ? std::exp(-step_s / options_.velocity_decay_s) : 1);
+    time_ = time_ + seconds(step_s);
+  }
+}
+
+bool KalmanBaseFilter::fits(const BaseMeasurement& measurement) {
+  Innovation innovation = mixture_.innovation(measurement, meter_.noise());
+  if (gate_) innovation.covariance = *gate_;
+  return innovation.distance2() < kGate;
+}
+
+void KalmanBaseFilter::accept(const BaseMeasurement& measurement) {
+  mixture_.update(measurement, meter_.noise());
+  measured_time_ = measurement.time;
+  gate_.reset();
+  contender_.reset();
+  contenders_ = 0;
+}
+
+void KalmanBaseFilter::contend(const BaseMeasurement& measurement) {
+  ++statistics_.refused;
+  const PoseNoise& noise = meter_.noise();
+  if (!gate_) gate_ = mixture_.innovation(measurement, noise).covariance;
+  if (contender_) {
+    contender_->mixture.predict((measurement.time - contender_->time).seconds(), 1);
+    contender_->time = measurement.time;
+    if (contender_->mixture.innovation(measurement, noise).distance2() < kGate) {
+      contender_->mixture.update(measurement, noise);
+      ++contender_->measurements;
+      return;
+    }
+  }
+  contender_ = {{}, measurement.time, measurement.time, 1};
+  contender_->mixture.reset(measurement.world_from_base(), assumed_noise(options_));
+  ++contenders_;
+}
+
+bool KalmanBaseFilter::contender_is_believed() const {
+  const double age_s = (contender_->time - contender_->begun).seconds();
+  if (contender_->measurements < 5) return false;
+  if (age_s >= options_.reacquire_s) return true;
+  if (contenders_ < 2 || age_s < kReturn_s) return false;
+  const MotionBelief mine = mixture_.belief(), theirs = contender_->mixture.belief();
+  const Vector6d away = mine.error_of(theirs).head<6>();
+  const Matrix6d reach = mine.covariance.topLeftCorner<6, 6>();
+  return away.dot(reach.ldlt().solve(away)) < kGate;
+}
+
+BaseEstimate KalmanBaseFilter::update(const BaseMeasurement& measurement) {
+  advance(measurement.time);
+  if (fits(measurement)) {
+    meter_.add(measurement, estimate(BaseState::kMeasured).world_from_base);
+    accept(measurement);
+    return estimate(BaseState::kMeasured);
+  }
+  meter_.interrupt();
+  contend(measurement);
+  if (!contender_is_believed()) return estimate(BaseState::kCoasting);
+  mixture_ = contender_->mixture;
+  measured_time_ = measurement.time;
+  gate_.reset();
+  contender_.reset();
+  contenders_ = 0;
+  ++statistics_.reacquisitions;
+  return estimate(BaseState::kMeasured);
+}
+
+BaseEstimate KalmanBaseFilter::coast(Time time) {
+  advance(time);
+  meter_.interrupt();
+  return estimate(BaseState::kCoasting);
+}
+
+BaseFilterStatistics KalmanBaseFilter::statistics() const {
+  BaseFilterStatistics s = statistics_;
+  s.position_noise_m = std::sqrt(3.0) * meter_.noise().position_m;
+  s.rotation_noise_rad = std::sqrt(3.0) * meter_.noise().rotation_rad;
+  return s;
+}
+
+BaseEstimate KalmanBaseFilter::estimate(BaseState state) const {
+  const MotionBelief b = mixture_.belief();
+  BaseEstimate e;
+  e.time = time_;
+  e.state = state;
+  e.world_from_base = {b.rotation, b.position_m};
+  e.velocity_m_per_s = b.velocity_m_per_s;
+  e.angular_velocity_rad_per_s = b.angular_velocity_rad_per_s;
+  e.position_sigma_m = std::sqrt(b.covariance.topLeftCorner<3, 3>().trace());
+  e.rotation_sigma_rad = std::sqrt(b.covariance.block<3, 3>(3, 3).trace());
+  return e;
+}
+
+}  // namespace foresight::calibration

@@ -1,0 +1,54 @@
+// The base by a mixture of Kalman filters (motion_mixture.h), guarded against mistracking.
+//
+// A measurement that contradicts the prediction (chi²) is refused and starts, or continues, a
+// contender: a filter of its own. Meanwhile the estimate coasts, and the gate stays as wide as it
+// was at the first contradiction: were it to grow, a steady wrong pose would soon be inside. The
+// contender takes over when it has been consistent for `reacquire_s`; earlier only when it is not
+// the first one since (the tracker has jumped again, as it does when it comes back) and lies where
+// the base may have gone meanwhile. Frames without a measurement are no contradiction: the base may
+// go where it likes unseen, and the gate grows with the doubt.
+#pragma once
+
+#include <optional>
+
+#include "procs/calibrator/motion_mixture.h"
+#include "procs/calibrator/noise_meter.h"
+
+namespace foresight::calibration {
+
+class KalmanBaseFilter : public BaseFilter {
+ public:
+  explicit KalmanBaseFilter(const BaseFilterOptions& options);
+
+  void reset(const BaseMeasurement& measurement) override;
+  BaseEstimate update(const BaseMeasurement& measurement) override;
+  BaseEstimate coast(Time time) override;
+  BaseFilterStatistics statistics() const override;
+
+ private:
+  struct Contender {
+    MotionMixture mixture;
+    Time begun, time;
+    int measurements = 0;
+  };
+
+  void advance(Time time);
+  bool fits(const BaseMeasurement& measurement);
+  void contend(const BaseMeasurement& measurement);
+  bool contender_is_believed() const;
+  void accept(const BaseMeasurement& measurement);
+  BaseEstimate estimate(BaseState state) const;
+
+  BaseFilterOptions options_;
+  NoiseMeter meter_;
+  MotionMixture mixture_;
+  Time time_;           // of mixture_
+  Time measured_time_;  // of the last accepted measurement
+  // While measurements are refused:
+  std::optional<Matrix6d> gate_;
+  std::optional<Contender> contender_;
+  int contenders_ = 0;
+  BaseFilterStatistics statistics_;
+};
+
+}  // namespace foresight::calibration

@@ -1,0 +1,30 @@
+// The part of the SLAM map that the calibrator needs: keyframes and points as they are now.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "common/map_delta.h"
+
+namespace foresight::calibration {
+
+class MapStore {
+ public:
+  void clear();
+  /// O(changes · log map). Observations are not kept.
+  void apply(const MapDelta& delta);
+
+  const std::map<int32_t, MapKeyframe>& keyframes() const { return keyframes_; }
+  const MapKeyframe* find_keyframe(int32_t id) const;
+  /// The keyframe whose camera is nearest; null without any. O(keyframes).
+  const MapKeyframe* nearest_keyframe(const Eigen::Vector3d& position_in_map) const;
+  size_t point_count() const { return points_.size(); }
+  /// In order of their ids: the oldest first.
+  std::vector<Eigen::Vector3f> points_in_map() const;
+
+ private:
+  std::map<int32_t, MapKeyframe> keyframes_;
+  std::map<int32_t, Eigen::Vector3f> points_;
+};
+
+}  // namespace foresight::calibration

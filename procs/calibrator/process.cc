@@ -1,0 +1,204 @@
+#include "procs/calibrator/process.h"
+
+#include <algorithm>
+
+#include "common/messages.h"
+#include "procs/calibrator/alignment_solver.h"
+
+namespace foresight {
+namespace {
+
+using calibration::AlignmentSolution;
+using calibration::AlignmentTask;
+using calibration::BaseEstimate;
+using calibration::BaseState;
+
+constexpr Duration kSilence = seconds(1);
+
+void write(const Eigen::Quaterniond& q, double wxyz[4]) {
+  wxyz[0] = q.w();
+  wxyz[1] = q.x();
+  wxyz[2] = q.y();
+  wxyz[3] = q.z();
+}
+
+void write(const Eigen::Vector3d& v, double xyz[3]) { std::copy_n(v.data(), 3, xyz); }
+
+alignment_t to_message(const calibration::Alignment& a) {
+  alignment_t m{};
+  m.utime = a.time.us;
+  m.epoch = a.epoch;
+  m.state = a.is_aligned ? alignment_t::STATE_ALIGNED : alignment_t::STATE_COLLECTING;
+  m.reason = a.reason;
+  const calibration::AlignmentEstimate& e = a.solution.estimate;
+  m.world_from_map_scale_m_per_mu = a.world_from_map.scale();
+  write(a.world_from_map.rotation(), m.world_from_map_quat_wxyz);
+  write(a.world_from_map.translation(), m.world_from_map_position_m);
+  write(e.ee_from_cam.rotation(), m.ee_from_cam_quat_wxyz);
+  write(e.ee_from_cam.translation(), m.ee_from_cam_position_m);
+  m.joint_delay_s = e.joint_delay_s;
+  m.scale_sigma = static_cast<float>(a.solution.scale_sigma);
+  m.position_sigma_m = static_cast<float>(a.position_sigma_m);
+  m.rotation_sigma_rad = static_cast<float>(a.rotation_sigma_rad);
+  m.residual_px = static_cast<float>(a.solution.residual_px);
+  m.n_pairs = a.solution.inliers;
+  return m;
+}
+
+base_pose_t to_message(const BaseEstimate& b, int64_t epoch) {
+  base_pose_t m{};
+  m.utime = b.time.us;
+  m.epoch = epoch;
+  m.state =
+      b.state == BaseState::kMeasured ? base_pose_t::STATE_MEASURED : base_pose_t::STATE_COASTING;
+  write(b.world_from_base.rotation(), m.world_from_base_quat_wxyz);
+  write(b.world_from_base.translation(), m.world_from_base_position_m);
+  write(b.velocity_m_per_s, m.velocity_m_per_s);
+  write(b.angular_velocity_rad_per_s, m.angular_velocity_rad_per_s);
+  m.position_sigma_m = static_cast<float>(b.position_sigma_m);
+  m.rotation_sigma_rad = static_cast<float>(b.rotation_sigma_rad);
+  return m;
+}
+
+}  // namespace
+
+CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params)
+    : node_(node),
+      params_(params),
+      alignments_(node.advertise<alignment_t>(
+          {.channel = "ALIGNMENT", .rate_hz = 1, .doc = "how the map lies in the world"})),
+      base_poses_(node.advertise<base_pose_t>(
+          {.channel = "BASE_POSE", .rate_hz = 30, .doc = "where the base is, per frame"})),
+      requester_(node, "MAP_DELTA", Domain::kRobot) {
+  params_.options.filter.kind = params.filter == "paper" ? calibration::BaseFilterKind::kPaper
+                                                         : calibration::BaseFilterKind::kKalman;
+  node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"},
+                                Queue::kLatest,
+                                [this](const camera_info_t& m) { on_camera_info(m); });
+  node.subscribe<camera_pose_t>(
+      {.channel = "CAMERA_POSE", .rate_hz = 30, .doc = "where SLAM sees the camera"}, Queue::kAll,
+      [this](const camera_pose_t& m) { on_camera_pose(m); });
+  node.subscribe<map_delta_t>({.channel = "MAP_DELTA", .doc = "changes of the SLAM map"},
+                              Queue::kAll, [this](const map_delta_t& m) { on_map_delta(m); });
+  node.subscribe<joint_state_t>(
+      {.channel = "JOINT_STATE", .rate_hz = 100, .doc = "the arm's joints"}, Queue::kAll,
+      [this](const joint_state_t& m) { on_joint_state(m); });
+  node.every(seconds(params.solve_period_s), "solve", [this] { solve(); });
+  node.every(seconds(1), "report", [this] {
+    publish_alignment();
+    publish_health();
+  });
+}
+
+void CalibratorProcess::start() {
+  const ArmModel arm = load_arm_file(params_.arm_file);
+  joints_ = arm.size();
+  core_ = std::make_unique<calibration::Calibrator>(arm, params_.options);
+}
+
+void CalibratorProcess::on_camera_info(const camera_info_t& message) {
+  const auto camera = from_message(message);
+  if (!camera) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
+  camera_ = camera;
+  core_->set_camera(*camera);
+}
+
+void CalibratorProcess::on_joint_state(const joint_state_t& message) {
+  if (message.n_joints != joints_) {
+    return node_.reject_message("JOINT_STATE", std::to_string(message.n_joints) +
+                                                   " joints, the arm's description has " +
+                                                   std::to_string(joints_));
+  }
+  last_joints_ = node_.now();
+  core_->add_joints({message.utime}, JointVector::Map(message.position_rad.data(), joints_));
+  publish_base();
+}
+
+void CalibratorProcess::on_camera_pose(const camera_pose_t& message) {
+  const auto pose = read_pose(message);
+  if (!pose && message.state == camera_pose_t::STATE_TRACKING) {
+    return node_.reject_message("CAMERA_POSE", "its quaternion is none");
+  }
+  last_frame_ = node_.now();
+  const bool is_new = core_->add_frame(
+      {{message.utime}, message.epoch, pose, message.quality, message.points_found});
+  if (!is_new) node_.reject_message("CAMERA_POSE", "time-stamp does not increase");
+  publish_base();
+}
+
+void CalibratorProcess::on_map_delta(const map_delta_t& message) {
+  const Received received = receiver_.receive(message);
+  if (received == Received::kBad) node_.reject_message("MAP_DELTA", "contradicts itself");
+  if (received == Received::kGap || received == Received::kBad) return requester_.want();
+  if (received != Received::kDelta && received != Received::kSnapshot) return;
+  requester_.satisfied();
+  core_->apply_map(receiver_.epoch(),
+                   received == Received::kSnapshot ? calibration::MapChange::kSnapshot
+                                                   : calibration::MapChange::kDelta,
+                   receiver_.take());
+}
+
+void CalibratorProcess::solve() {
+  if (node_.job_running()) return;
+  auto task = core_->take_task();
+  if (!task) return;
+  auto shared = std::make_shared<AlignmentTask>(std::move(*task));
+  const bool started = node_.run_beside(
+      [this, shared]() -> std::function<void()> {
+        const AlignmentSolution solution = calibration::solve_alignment(shared->problem);
+        return [this, shared, solution] {
+          if (core_->apply(*shared, solution)) publish_alignment();
+        };
+      },
+      seconds(params_.solve_cost_s));
+  static_cast<void>(started);  // job_running() was asked above
+}
+
+void CalibratorProcess::publish_alignment() {
+  if (core_->alignment().epoch != 0) alignments_.publish(to_message(core_->alignment()));
+}
+
+void CalibratorProcess::publish_base() {
+  for (const BaseEstimate& estimate : core_->take_base()) {
+    base_poses_.publish(to_message(estimate, core_->alignment().epoch));
+    base_state_ = estimate.state;
+  }
+}
+
+std::string CalibratorProcess::missing_input() const {
+  const auto is_silent = [this](const std::optional<Time>& last) {
+    return !last || node_.now() - *last > kSilence;
+  };
+  if (!camera_) return "no CAMERA_INFO yet";
+  if (is_silent(last_joints_)) return "no JOINT_STATE arrives";
+  if (is_silent(last_frame_)) return "no CAMERA_POSE arrives";
+  return {};
+}
+
+void CalibratorProcess::publish_health() {
+  const calibration::CalibratorStatistics s = core_->statistics();
+  node_.set_metric("pairs", s.pairs);
+  node_.set_metric("agreeing_pairs", s.newest.inliers);
+  node_.set_metric("residual_px", s.newest.residual_px);
+  node_.set_metric("pair_error_mm", 1e3 * s.newest.pair_position_error_m);
+  node_.set_metric("joint_delay_ms", 1e3 * s.newest.estimate.joint_delay_s);
+  node_.set_metric("joint_jumps", static_cast<double>(s.joint_jumps));
+  node_.set_metric("late_joints", static_cast<double>(s.joints_not_newer));
+  node_.set_metric("frames_without_joints", static_cast<double>(s.missing_joints));
+  node_.set_metric("weak_frames", static_cast<double>(s.weak_frames));
+  node_.set_metric("base_has_left", s.base_has_left ? 1 : 0);
+  node_.set_metric("base_refused", s.filter.refused);
+  node_.set_metric("base_reacquisitions", s.filter.reacquisitions);
+  node_.set_metric("camera_noise_mm", 1e3 * s.filter.position_noise_m);
+  const std::string missing = missing_input();
+  if (!missing.empty()) return node_.set_state(ProcessState::kWaiting, missing);
+  const calibration::Alignment& alignment = core_->alignment();
+  if (!alignment.is_aligned) return node_.set_state(ProcessState::kWaiting, alignment.reason);
+  if (base_state_ == BaseState::kCoasting) {
+    return node_.set_state(ProcessState::kDegraded,
+                           "tracking is lost or contradicts: the base is predicted");
+  }
+  node_.set_state(ProcessState::kOk, "");
+}
+
+}  // namespace foresight

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/delta_stream.h"
+#include "common/node.h"
+#include "common/process_main.h"
+#include "foresight/alignment_t.hpp"
+#include "foresight/base_pose_t.hpp"
+#include "foresight/camera_info_t.hpp"
+#include "foresight/camera_pose_t.hpp"
+#include "foresight/joint_state_t.hpp"
+#include "foresight/map_delta_t.hpp"
+#include "procs/calibrator/calibrator.h"
+#include "procs/calibrator/params.h"
+
+namespace foresight {
+
+/// CAMERA_INFO, CAMERA_POSE, MAP_DELTA and JOINT_STATE in; ALIGNMENT and BASE_POSE out (paper
+/// §II-C).
+class CalibratorProcess : public Process {
+ public:
+  using Params = CalibratorParams;
+  static constexpr ProcessInfo kInfo{
+      "calibrator", "Aligns the map with the robot and follows the motion of its base.",
+      Domain::kRobot};
+
+  CalibratorProcess(Node& node, const CalibratorParams& params);
+  void start() override;
+
+  /// For evaluations that run the process in a Simulation. Only after start().
+  const calibration::Alignment& alignment() const { return core_->alignment(); }
+  /// Empty until the first frame after alignment.
+  const std::optional<calibration::BaseEstimate>& base() const { return core_->base(); }
+
+ private:
+  void on_camera_info(const camera_info_t& message);
+  void on_camera_pose(const camera_pose_t& message);
+  void on_map_delta(const map_delta_t& message);
+  void on_joint_state(const joint_state_t& message);
+  void solve();
+  void publish_alignment();
+  void publish_base();
+  void publish_health();
+  std::string missing_input() const;
+
+  Node& node_;
+  CalibratorParams params_;
+  Publisher<alignment_t> alignments_;
+  Publisher<base_pose_t> base_poses_;
+  SnapshotRequester requester_;
+  DeltaReceiver<map_delta_t, MapDelta> receiver_;
+  std::unique_ptr<calibration::Calibrator> core_;
+  int joints_ = 0;  // of the arm
+  std::optional<CameraModel> camera_;
+  std::optional<Time> last_joints_, last_frame_;  // by the clock, when they arrived
+  std::optional<calibration::BaseState> base_state_;
+};
+
+}  // namespace foresight
