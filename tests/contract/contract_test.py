@@ -15,7 +15,8 @@ import foresight_site  # noqa: E402  (the scripts are no package)
 from foresight_paths import program  # noqa: E402
 
 # Files of a process folder that may know the bus, the clock or a device.
-SHELL = re.compile(r"process\..*|main\.cc|params\.h|.*_source\..*|recorder\..*|gl_context\..*")
+SHELL = re.compile(r"process\..*|main\.cc|params\.h|.*_source\..*|recorder\..*|gl_context\..*"
+                   r"|.*_device\..*|device_.*")
 # What a core must not include, and what for.
 NOT_IN_A_CORE = {
     r"<lcm/.*": "the bus", r'"foresight/.*_t\.hpp"': "messages",
@@ -41,10 +42,18 @@ def relative(path):
     return str(path.relative_to(ROOT))
 
 
+def process_folders():
+    """{name: folder} of processes: those with a ProcessInfo. foresight-top is a tool without."""
+    folders = {}
+    for path in (*ROOT.glob("procs/*/process.h"), *ROOT.glob("sim/*/process.h")):
+        info = re.search(r'kInfo\{\s*"([^"]+)"', path.read_text(encoding="utf-8"))
+        if info:
+            folders[info[1]] = path.parent
+    return dict(sorted(folders.items()))
+
+
 def process_names():
-    """Folders of processes: those with a ProcessInfo. foresight-top is a tool, not a process."""
-    return sorted(p.parent.name for p in ROOT.glob("procs/*/process.h")
-                  if "kInfo" in p.read_text(encoding="utf-8"))
+    return list(process_folders())
 
 
 class Layers(unittest.TestCase):
@@ -93,13 +102,17 @@ class Layers(unittest.TestCase):
                 self.assertNotRegex(text, r"\bu?sleep\(|sleep_for|nanosleep", relative(path))
 
     def test_every_process_has_the_one_shape(self):
-        for name in process_names():
-            folder = ROOT / "procs" / name
+        for folder in process_folders().values():
             for file in ("main.cc", "process.h", "process.cc", "params.h", "README.md",
                          "CMakeLists.txt"):
-                self.assertTrue((folder / file).exists(), f"procs/{name} has no {file}")
+                self.assertTrue((folder / file).exists(), f"{relative(folder)} has no {file}")
             lines = (folder / "main.cc").read_text(encoding="utf-8").splitlines()
-            self.assertLessEqual(len(lines), 20, f"procs/{name}/main.cc")
+            self.assertLessEqual(len(lines), 20, f"{relative(folder)}/main.cc")
+
+    def test_a_process_of_procs_bears_the_name_of_its_folder(self):
+        for name, folder in process_folders().items():
+            if folder.parent.name == "procs":
+                self.assertEqual(name, folder.name)
 
 
 class Descriptions(unittest.TestCase):
@@ -140,14 +153,21 @@ class Descriptions(unittest.TestCase):
                     self.assertTrue(param["key"].endswith(suffix), f"{name}.{param['key']}")
 
     def test_a_readme_names_the_channels_of_its_process(self):
-        for name in process_names():
-            text = (ROOT / "procs" / name / "README.md").read_text(encoding="utf-8")
+        for name, folder in process_folders().items():
+            text = (folder / "README.md").read_text(encoding="utf-8")
             description = self.describe(name)
             ports = description["inputs"] + description["outputs"]
             # What link passes on is a parameter; health and snapshots are every process's.
             own = {p["channel"] for p in ports if p["type"] != "any"}
             for channel in own - {"HEALTH", "SNAPSHOT_REQUEST"}:
-                self.assertIn(channel, text, f"procs/{name}/README.md")
+                self.assertIn(channel, text, f"{relative(folder)}/README.md")
+
+    def test_no_process_listens_to_the_truth(self):
+        self.assertIn("TRUTH_STATE", [p["channel"] for p in self.describe("sim")["outputs"]])
+        for name in process_names():
+            for port in self.describe(name)["inputs"]:
+                self.assertFalse(port["channel"].startswith("TRUTH"),
+                                 f"{name} listens to {port['channel']}")
 
     def test_channels_have_one_type(self):
         types = {}
