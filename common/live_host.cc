@@ -229,8 +229,9 @@ void LiveHost::receive() {
   }
 }
 
-// Everything that has arrived: then even a loop whose timers take all the time handles the newest
-// message of each channel once a pass.
+// Everything that has arrived, before the timers: then even a loop whose timers take all the time
+// handles the newest message of each channel once a pass, and a slow timer (drawing) works on the
+// newest.
 void LiveHost::handle_arrivals() {
   for (size_t count = inbox_.size(); count > 0 && !stopping_ && g_signalled == 0; --count) {
     const Arrival arrival = std::move(inbox_.front());
@@ -281,11 +282,11 @@ void LiveHost::wait() {
 int LiveHost::run() {
   while (!stopping_ && g_signalled == 0) {
     receive();
-    run_due_timers();
+    handle_arrivals();
     if (worker_) {
       if (auto result = worker_->take_result()) result();
     }
-    handle_arrivals();
+    run_due_timers();
     if (inbox_.empty() && !stopping_ && g_signalled == 0) wait();
   }
   worker_.reset();  // a job must not outlive the process that it works for

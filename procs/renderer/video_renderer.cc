@@ -45,6 +45,12 @@ InputStatus VideoRenderer::set_image(const CameraModel& camera, const Image& ima
 RenderStatus VideoRenderer::draw(const CameraModel& camera) {
   State& s = *state_;
   if (!is_sound(camera) || camera.has_distortion()) return RenderStatus::kBadCamera;
+  s.picture.bind(camera.width_px, camera.height_px);
+  if (s.width_px > 0 && s.camera.undistorted() == s.camera && s.camera == camera) {
+    glCopyImageSubData(s.image.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, s.picture.texture(),
+                       GL_TEXTURE_2D, 0, 0, 0, 0, s.width_px, s.height_px, 1);
+    return RenderStatus::kDrawn;
+  }
   PaintJob job;  // no mesh, the camera's own pose: the image, undistorted
   job.camera = camera;
   job.images = s.image.name();
@@ -55,7 +61,6 @@ RenderStatus VideoRenderer::draw(const CameraModel& camera) {
     view.depth_camera = s.camera;
     job.views.push_back(view);
   }
-  s.picture.bind(camera.width_px, camera.height_px);
   s.paint_pass.draw(job);
   return RenderStatus::kDrawn;
 }
