@@ -1,5 +1,6 @@
 #include "common/yaml_reader.h"
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -7,8 +8,21 @@
 
 namespace foresight {
 
+namespace {
+
+std::string find_file(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error) || std::filesystem::path(path).is_absolute()) {
+    return path;
+  }
+  const std::string in_checkout = std::string(FORESIGHT_CHECKOUT) + "/" + path;
+  return std::filesystem::exists(in_checkout, error) ? in_checkout : path;
+}
+
+}  // namespace
+
 YamlReader YamlReader::open(const std::string& path) {
-  std::ifstream file(path);
+  std::ifstream file(find_file(path));
   if (!file) throw ConfigError(path + ": cannot be read");
   std::stringstream text;
   std::string line;

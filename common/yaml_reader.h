@@ -17,7 +17,9 @@ namespace foresight {
 
 class YamlReader {
  public:
-  /// A file that holds one map. OpenCV's first line "%YAML:1.0" is passed over.
+  /// A file that holds one map. A relative path that does not exist here is looked for in the
+  /// checkout, so that defaults like deploy/arms/wam4.yaml work from every folder. OpenCV's first
+  /// line "%YAML:1.0" is passed over.
   static YamlReader open(const std::string& path);
 
   bool has(const std::string& key) const;

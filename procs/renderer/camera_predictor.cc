@@ -7,10 +7,10 @@
 namespace foresight {
 namespace {
 
-constexpr Duration kAccelerationLasts = milliseconds(600);
+constexpr Duration kAccelerationLasts = milliseconds(350);
 constexpr size_t kDelaysKept = 31;
 // Long enough to see an acceleration through the noise, short beside the motions of a base.
-constexpr Duration kAccelerationWindow = milliseconds(400);
+constexpr Duration kAccelerationWindow = milliseconds(250);
 constexpr size_t kCommandsKept = 600;  // 20 s at 30 Hz
 
 }  // namespace
@@ -75,7 +75,7 @@ void CameraPredictor::find_base_acceleration() {
   base_acceleration_m_per_s2_.setZero();
   base_angular_acceleration_rad_per_s2_.setZero();
   const Time newest = recent_bases_.back().time;
-  if (newest - recent_bases_.front().time < milliseconds(300)) return;
+  if (newest - recent_bases_.front().time < milliseconds(190)) return;
   double mean_s = 0;
   for (const BaseMotion& b : recent_bases_) mean_s += (b.time - newest).seconds();
   mean_s /= static_cast<double>(recent_bases_.size());

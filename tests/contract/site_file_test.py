@@ -106,7 +106,8 @@ class SiteFile(unittest.TestCase):
                 foresight_site.apply_assignment(site, bad)
 
     def test_unfed_inputs_names_who_listens_to_nobody(self):
-        site = self.read(URLS + "external: {operator: [SLAM_COMMAND, SNAPSHOT_REQUEST]}\n"
+        site = self.read(URLS + "external: {operator: [JOINT_COMMAND, SLAM_COMMAND, "
+                         "SNAPSHOT_REQUEST]}\n"
                          "processes: {link: {params: {to_operator_channels: HEALTH MESH}}}\n")
         descriptions = {"link": foresight_site.describe(site, site.processes[0])}
         self.assertEqual(foresight_site.unfed_inputs(site, descriptions),

@@ -121,12 +121,13 @@ class Monitor:
 class Swarm:
     """A site with processes as YAML text, deployed with scripts/deploy from a folder of its own."""
 
-    def __init__(self, processes):
+    def __init__(self, processes, clock="wall"):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="foresight-"))
         self.site = self.folder / "site.yaml"
         self.site.write_text(
             f"robot_url: '{ROBOT_URL}'\noperator_url: '{OPERATOR_URL}'\n"
-            f"external: {{operator: [SLAM_COMMAND]}}\nprocesses:\n{processes}", encoding="utf-8")
+            f"clock: {clock}\nexternal: {{operator: [SLAM_COMMAND], robot: [PENDANT]}}\n"
+            f"processes:\n{processes}", encoding="utf-8")
         self.run_dir = self.folder / "run"
         self.supervisor = Supervisor(self.run_dir)
 

@@ -1,0 +1,45 @@
+// sim-pendant: presses a button of the simulated arm's pendant, as a person would.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <iostream>
+#include <map>
+
+#include "common/errors.h"
+#include "common/live_host.h"
+#include "common/node.h"
+#include "foresight/pendant_t.hpp"
+
+int main(int argc, char** argv) {
+  using namespace foresight;
+  const std::map<std::string, int> buttons{{"estop", pendant_t::BUTTON_ESTOP},
+                                           {"idle", pendant_t::BUTTON_IDLE},
+                                           {"activate", pendant_t::BUTTON_ACTIVATE}};
+  std::string button, url = default_url(Domain::kRobot);
+  CLI::App app(
+      "Presses a button of the simulated arm's pendant. After a fault: idle (which resets an "
+      "E-STOP), then activate.",
+      "sim-pendant");
+  app.add_option("button", button, "estop, idle or activate")
+      ->required()
+      ->check(CLI::IsMember({"estop", "idle", "activate"}));
+  app.add_option("--robot-url", url, "LCM URL of the robot site");
+  try {
+    app.parse(argc, argv);
+    LcmBus bus(url);
+    pendant_t message{};
+    message.utime = std::chrono::duration_cast<std::chrono::microseconds>(
+                        std::chrono::system_clock::now().time_since_epoch())
+                        .count();
+    message.button = static_cast<int8_t>(buttons.at(button));
+    bus.publish("PENDANT", encode(message));
+    return kExitDone;
+  } catch (const CLI::CallForHelp& e) {
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    std::cerr << "sim-pendant: " << e.what() << " (see --help)\n";
+    return kExitUsage;
+  } catch (const StartupError& e) {
+    std::cerr << "sim-pendant: " << e.what() << "\n";
+    return e.code();
+  }
+}
