@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <map>
 
-#include "common/errors.h"
+#include "common/tool_main.h"
 #include "sim/sequence.h"
 
 using foresight::sim::Antialiasing;
@@ -108,22 +108,11 @@ int main(int argc, char** argv) {
       "rgb/, rgb.txt, groundtruth.txt, depth/, depth.txt, camera.yaml.",
       "sim-sequence");
   declare(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "sim-sequence: %s (see --help)\n", error.what());
-    return foresight::kExitUsage;
-  }
-  try {
+  return foresight::tool_main(app, argc, argv, [&] {
     for (const std::string& warning :
          foresight::sim::write_sequence(options.folder, options.parsed(), show_progress)) {
       std::fprintf(stderr, "sim-sequence: %s\n", warning.c_str());
     }
-  } catch (const foresight::StartupError& error) {
-    std::fprintf(stderr, "sim-sequence: %s\n", error.what());
-    return error.code();
-  }
-  return foresight::kExitDone;
+    return foresight::kExitDone;
+  });
 }

@@ -3,10 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 
 #include "bench/evaluate/figures.h"
-#include "common/errors.h"
+#include "common/tool_main.h"
 
 namespace foresight {
 namespace {
@@ -122,16 +121,5 @@ int main(int argc, char** argv) {
       "the loop, and scores the predicted view against the delayed video and the best homography.",
       "evaluate");
   declare(app, options);
-  try {
-    app.parse(argc, argv);
-    return run(options);
-  } catch (const CLI::CallForHelp& e) {
-    return app.exit(e);
-  } catch (const CLI::ParseError& e) {
-    std::cerr << "evaluate: " << e.what() << " (see --help)\n";
-    return kExitUsage;
-  } catch (const StartupError& e) {
-    std::cerr << "evaluate: " << e.what() << "\n";
-    return e.code();
-  }
+  return tool_main(app, argc, argv, [&] { return run(options); });
 }

@@ -1,10 +1,7 @@
 // session-report: figures and series of a recorded session with the simulated robot; see session.h.
 // scripts/report draws them as a page.
-#include <CLI/CLI.hpp>
-#include <iostream>
-
 #include "bench/session_report/session.h"
-#include "common/errors.h"
+#include "common/tool_main.h"
 
 int main(int argc, char** argv) {
   using namespace foresight;
@@ -19,19 +16,10 @@ int main(int argc, char** argv) {
   app.add_option("--output", output, "folder")->capture_default_str();
   app.add_option("--scene", options.scene, "sim's scene")->capture_default_str();
   app.add_option("--seed", options.seed, "sim's seed")->capture_default_str();
-  try {
-    app.parse(argc, argv);
+  return tool_main(app, argc, argv, [&] {
     Session session(options);
     session.read(robot_log, operator_log);
     session.write(output);
     return kExitDone;
-  } catch (const CLI::CallForHelp& e) {
-    return app.exit(e);
-  } catch (const CLI::ParseError& e) {
-    std::cerr << "session-report: " << e.what() << " (see --help)\n";
-    return kExitUsage;
-  } catch (const StartupError& e) {
-    std::cerr << "session-report: " << e.what() << "\n";
-    return e.code();
-  }
+  });
 }

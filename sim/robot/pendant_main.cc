@@ -1,12 +1,10 @@
 // sim-pendant: presses a button of the simulated arm's pendant, as a person would.
-#include <CLI/CLI.hpp>
 #include <chrono>
-#include <iostream>
 #include <map>
 
-#include "common/errors.h"
 #include "common/live_host.h"
 #include "common/node.h"
+#include "common/tool_main.h"
 #include "foresight/pendant_t.hpp"
 
 int main(int argc, char** argv) {
@@ -23,8 +21,7 @@ int main(int argc, char** argv) {
       ->required()
       ->check(CLI::IsMember({"estop", "idle", "activate"}));
   app.add_option("--robot-url", url, "LCM URL of the robot site");
-  try {
-    app.parse(argc, argv);
+  return tool_main(app, argc, argv, [&] {
     LcmBus bus(url);
     pendant_t message{};
     message.utime = std::chrono::duration_cast<std::chrono::microseconds>(
@@ -33,13 +30,5 @@ int main(int argc, char** argv) {
     message.button = static_cast<int8_t>(buttons.at(button));
     bus.publish("PENDANT", encode(message));
     return kExitDone;
-  } catch (const CLI::CallForHelp& e) {
-    return app.exit(e);
-  } catch (const CLI::ParseError& e) {
-    std::cerr << "sim-pendant: " << e.what() << " (see --help)\n";
-    return kExitUsage;
-  } catch (const StartupError& e) {
-    std::cerr << "sim-pendant: " << e.what() << "\n";
-    return e.code();
-  }
+  });
 }
