@@ -145,7 +145,8 @@ JointVector CameraPredictor::run_reference(Time instant) const {
   }
   const Time end = std::max(s.time, last_arrival + options_.command_timeout);
   if (moves && instant > end) reference.stop(end);
-  return reference.at(std::max(instant, s.time)).position_rad;
+  // What the arm lags behind its reference (friction, mostly) it will lag then.
+  return reference.at(std::max(instant, s.time)).position_rad + s.position_rad - s.reference_rad;
 }
 
 Pose<World, Base> CameraPredictor::predict_base(Time instant) const {

@@ -222,6 +222,17 @@ TEST_F(Predictor, WithoutPowerTheArmStaysWhereItIs) {
   EXPECT_EQ(p->position_rad, JointVector(JointVector::Zero(2)));
 }
 
+TEST_F(Predictor, TheArmLagsBehindItsReferenceAsItDid) {
+  MeasuredJoints state = at_rest(kStart);
+  state.position_rad = joints(0.003, -0.001);
+  ASSERT_TRUE(predictor_.set_joint_state(state));
+  predictor_.set_alignment({7, {}, {}});
+  predictor_.set_base({kStart, 7, {}});
+  const auto p = predictor_.predict(kStart + milliseconds(100));
+  ASSERT_TRUE(p);
+  EXPECT_TRUE(p->position_rad.isApprox(state.position_rad));
+}
+
 TEST_F(Predictor, CommandModeShowsTheCommandInsideTheLimits) {
   predictor_ = CameraPredictor(two_joints(), {.joints = PredictedJoints::kCommand});
   make_ready();
