@@ -28,15 +28,6 @@ Message decode(std::span<const uint8_t> bytes) {
   return message;
 }
 
-std::string setting(const std::vector<std::string>& settings, const std::string& key,
-                    const std::string& otherwise) {
-  std::string value = otherwise;
-  for (const std::string& s : settings) {
-    if (s.starts_with(key + "=")) value = s.substr(key.size() + 1);
-  }
-  return value;
-}
-
 double yaw_deg(const Pose<World, Base>& pose) {
   const Eigen::Vector3d x = pose.rotation() * Eigen::Vector3d::UnitX();
   return std::atan2(x.y(), x.x()) * kDegrees;
@@ -54,10 +45,10 @@ class Scorer {
   Scorer(ClosedLoop& loop, const ClosedLoopOptions& options, const ClosedLoopScoring& scoring,
          ClosedLoopResult* result)
       : loop_(loop),
-        options_(options),
         scoring_(scoring),
         result_(*result),
-        arm_(load_arm_file(setting(options.settings, "sim.arm_file", "deploy/arms/wam4.yaml"))),
+        sim_params_(Swarm::params<sim::SimProcess>(options.settings)),
+        arm_(load_arm_file(sim_params_.arm_file)),
         pictures_(scoring.grid_rows) {
     listen(Domain::kRobot, "TRUTH_STATE", &Scorer::on_truth);
     listen(Domain::kRobot, "CAMERA_POSE", &Scorer::on_camera_pose);
@@ -178,9 +169,7 @@ class Scorer {
     camera_ = from_message(decode<camera_info_t>(bytes));
     if (!camera_) return;
     undistort_.emplace(*camera_);
-    const std::string seed = setting(options_.settings, "sim.seed", "1");
-    view_ = std::make_unique<TrueView>(setting(options_.settings, "sim.scene", "lab"),
-                                       std::stoull(seed), *camera_);
+    view_ = std::make_unique<TrueView>(sim_params_, *camera_);
   }
 
   void on_view(Bytes bytes) {
@@ -258,9 +247,9 @@ class Scorer {
   }
 
   ClosedLoop& loop_;
-  ClosedLoopOptions options_;
   ClosedLoopScoring scoring_;
   ClosedLoopResult& result_;
+  sim::SimParams sim_params_;
   ArmModel arm_;
   PictureScorer pictures_;
   TruthTrack truth_;

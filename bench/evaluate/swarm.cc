@@ -14,11 +14,11 @@ constexpr Time kStart{1'000'000'000'000};
 
 Swarm::Swarm(std::vector<std::string> settings) : settings_(std::move(settings)), world_(kStart) {}
 
-ParamSource Swarm::source_for(const std::string& process,
-                              const std::vector<std::string>& defaults) const {
+ParamSource Swarm::source_for(const std::string& process, const std::vector<std::string>& defaults,
+                              const std::vector<std::string>& settings) {
   ParamSource source;
   for (const std::string& assignment : defaults) source.override_with(assignment);
-  for (const std::string& setting : settings_) {
+  for (const std::string& setting : settings) {
     if (setting.starts_with(process + "."))
       source.override_with(setting.substr(process.size() + 1));
   }

@@ -20,7 +20,7 @@ class Swarm {
   /// Adds a process with these parameters ("key=value"), changed by the settings for it.
   template <class P>
   P& add(const std::vector<std::string>& defaults) {
-    const auto make = process_maker<P>()(source_for(P::kInfo.name, defaults), nullptr);
+    const auto make = process_maker<P>()(source_for(P::kInfo.name, defaults, settings_), nullptr);
     adders_[P::kInfo.name] = [this, make]() -> Process& {
       return world_.add(P::kInfo.name, health_domains(P::kInfo), make);
     };
@@ -30,9 +30,16 @@ class Swarm {
   Process& restart(const std::string& process);
   Simulation& world() { return world_; }
 
+  /// The parameters that a process has under such settings.
+  template <class P>
+  static typename P::Params params(const std::vector<std::string>& settings) {
+    return load_params<typename P::Params>(source_for(P::kInfo.name, {}, settings));
+  }
+
  private:
-  ParamSource source_for(const std::string& process,
-                         const std::vector<std::string>& defaults) const;
+  static ParamSource source_for(const std::string& process,
+                                const std::vector<std::string>& defaults,
+                                const std::vector<std::string>& settings);
 
   std::vector<std::string> settings_;
   Simulation world_;

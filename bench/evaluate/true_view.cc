@@ -8,8 +8,8 @@
 
 namespace foresight {
 
-TrueView::TrueView(const std::string& scene, uint64_t seed, const CameraModel& camera)
-    : scene_(sim::open_scene(scene, seed)),
+TrueView::TrueView(const sim::SimParams& params, const CameraModel& camera)
+    : scene_(sim::open_scene(params)),
       camera_(camera.undistorted()),
       pictures_(scene_, {.model = camera_, .antialiasing = sim::Antialiasing::kEdges}),
       coarse_camera_(camera_.scaled(16.0 / camera_.width_px)),

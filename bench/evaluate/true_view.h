@@ -1,21 +1,20 @@
 // The simulated world as whoever may know the truth sees it.
 #pragma once
 
-#include <cstdint>
 #include <opencv2/core.hpp>
-#include <string>
 
 #include "common/camera_model.h"
 #include "common/frames.h"
 #include "sim/ray_camera.h"
+#include "sim/robot/params.h"
 #include "sim/scene.h"
 
 namespace foresight {
 
 class TrueView {
  public:
-  /// `scene`, `seed`: those of sim. Takes a second to build the lab. Throws StartupError.
-  TrueView(const std::string& scene, uint64_t seed, const CameraModel& camera);
+  /// `params`: those of sim. Takes a second to build the lab. Throws StartupError.
+  TrueView(const sim::SimParams& params, const CameraModel& camera);
 
   /// What a noiseless, distortion-free camera sees, RGB.
   cv::Mat picture(const Pose<World, Cam>& world_from_cam);

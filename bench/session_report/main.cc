@@ -6,7 +6,7 @@
 int main(int argc, char** argv) {
   using namespace foresight;
   std::string robot_log, operator_log, output = "out/report";
-  SessionOptions options;
+  std::vector<std::string> settings;
   CLI::App app(
       "What a recorded session of the simulated robot was worth: errors over time as CSV, "
       "figures as JSON.",
@@ -14,10 +14,11 @@ int main(int argc, char** argv) {
   app.add_option("robot", robot_log, "log of the robot's domain, TRUTH_STATE included")->required();
   app.add_option("operator", operator_log, "log of the operator's domain")->required();
   app.add_option("--output", output, "folder")->capture_default_str();
-  app.add_option("--scene", options.scene, "sim's scene")->capture_default_str();
-  app.add_option("--seed", options.seed, "sim's seed")->capture_default_str();
+  app.add_option("--set", settings, "what sim was told of its scene: sim.key=value (repeatable)")
+      ->allow_extra_args(false);
   return tool_main(app, argc, argv, [&] {
-    Session session(options);
+    check_settings(settings, {"sim"});
+    Session session(Swarm::params<sim::SimProcess>(settings));
     session.read(robot_log, operator_log);
     session.write(output);
     return kExitDone;

@@ -61,7 +61,7 @@ void Session::on_robot(const LogEvent& event) {
   if (event.channel == "CAMERA_INFO" && !view_) {
     const auto message = decode<camera_info_t>(event);
     const auto camera = message ? from_message(*message) : std::nullopt;
-    if (camera) view_ = std::make_unique<TrueView>(options_.scene, options_.seed, *camera);
+    if (camera) view_ = std::make_unique<TrueView>(sim_params_, *camera);
   }
   if (event.channel == "ALIGNMENT") on_alignment(event);
   if (event.channel == "BASE_POSE") on_base(event);

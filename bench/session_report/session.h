@@ -2,7 +2,7 @@
 // predicted view against where the camera really was at the predicted instant, the base's pose
 // against the truth, and how long a command took to be seen.
 //
-//   Session session({.scene = "lab"});
+//   Session session(sim_params);
 //   session.read(robot_log, operator_log);
 //   session.write("out/report");
 #pragma once
@@ -23,11 +23,6 @@
 
 namespace foresight {
 
-struct SessionOptions {
-  std::string scene = "lab";  // of sim
-  uint64_t seed = 1;
-};
-
 /// One picture on the operator's screen.
 struct ShownPicture {
   double time_s = 0;                 // since the session's start
@@ -38,7 +33,8 @@ struct ShownPicture {
 
 class Session {
  public:
-  explicit Session(const SessionOptions& options) : options_(options) {}
+  /// `sim_params`: those that sim had.
+  explicit Session(const sim::SimParams& sim_params) : sim_params_(sim_params) {}
   /// Throws UnavailableError for a log that cannot be read.
   void read(const std::string& robot_log, const std::string& operator_log);
   /// FOLDER/predictions.csv, base.csv, pictures.csv, joints.csv, summary.json.
@@ -61,7 +57,7 @@ class Session {
   void score(const display_stats_t& shown, const Truth& truth);
   void score_due();
 
-  SessionOptions options_;
+  sim::SimParams sim_params_;
   std::optional<Time> start_;
   TruthTrack truth_;
   std::unique_ptr<TrueView> view_;

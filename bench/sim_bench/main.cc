@@ -41,7 +41,7 @@ void time_ticks(const ArmModel& arm) {
 
 void time_frames(const ArmModel& arm, int width_px, Antialiasing antialiasing, const char* name) {
   constexpr int kCount = 20;
-  CameraRig rig(open_scene("lab", 1), {.camera = {.model = sequence_camera(width_px, false),
+  CameraRig rig(open_scene(SimParams{}), {.camera = {.model = sequence_camera(width_px, false),
                                                   .noise_levels = 1.5,
                                                   .antialiasing = antialiasing}});
   const Robot robot(arm, {}, Time{0});
@@ -55,7 +55,7 @@ void time_frames(const ArmModel& arm, int width_px, Antialiasing antialiasing, c
 void write_pictures(const ArmModel& arm, const std::string& folder) {
   constexpr double kTurn_rad = 0.4;
   std::filesystem::create_directories(folder);
-  CameraRig rig(open_scene("lab", 1), {.camera = {.model = sequence_camera(640, false)}});
+  CameraRig rig(open_scene(SimParams{}), {.camera = {.model = sequence_camera(640, false)}});
   const auto write = [&](const JointVector& position_rad, const std::string& name) {
     const Pose<World, Base> world_from_base;
     const std::vector<Pose<World, Cam>> poses{world_from_base * arm.base_from_cam(position_rad)};

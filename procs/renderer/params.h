@@ -40,13 +40,13 @@ struct RendererParams {
               "will be, its controller's profile included; or the commanded joints themselves"});
     v("arm_file", arm_file, {.doc = "arm description, for robot and command"});
     v("velocity_limit_rad_per_s", velocity_limit_rad_per_s,
-      {.unit = "rad/s", .min = 0.01, .max = 10, .doc = "of the controller's profile"});
+      {.unit = "rad/s", .min = 0.01, .max = 10, .doc = "of the controller's profile: as in wam_controller"});
     v("acceleration_limit_rad_per_s2", acceleration_limit_rad_per_s2,
-      {.unit = "rad/s2", .min = 0.01, .max = 100, .doc = "of the controller's profile"});
+      {.unit = "rad/s^2", .min = 0.01, .max = 100, .doc = "of the controller's profile: as in wam_controller"});
     v("limit_margin_rad", limit_margin_rad,
       {.unit = "rad", .min = 0, .max = 1, .doc = "that the controller keeps from joint limits"});
     v("command_timeout_s", command_timeout_s,
-      {.unit = "s", .min = 0.05, .max = 60, .doc = "after which the controller stops the arm"});
+      {.unit = "s", .min = 0.02, .max = 60, .doc = "after which the controller stops the arm: as there"});
     v("undelayed_video", undelayed_video,
       {.doc = "also read VIEW on the robot's side, for layout undelayed (comparisons)"});
     v("picture_width_px", picture_width_px,

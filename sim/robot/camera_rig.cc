@@ -1,16 +1,41 @@
 #include "sim/robot/camera_rig.h"
 
+#include <sstream>
 #include <utility>
 
+#include "common/errors.h"
 #include "common/image_codec.h"
 #include "sim/lab.h"
 #include "sim/scene_loader.h"
 
 namespace foresight::sim {
 
-Scene open_scene(const std::string& name, uint64_t seed) {
-  if (name == "lab") return make_lab(seed);
-  return load_scene(name);
+namespace {
+
+LabOptions lab_options(const SimParams& params) {
+  LabOptions options;
+  options.seed = static_cast<uint64_t>(params.seed);
+  options.letters = params.letters;
+  std::istringstream places(params.panel_places), leds(params.lit_leds);
+  for (size_t i = 0; i < options.panel_places.size(); ++i) {
+    std::string row;
+    if (!(places >> options.panel_places[i])) {
+      throw ConfigError("panel_places: needs two numbers, as in '0 3'");
+    }
+    leds >> row;
+    if (row.size() != 9 || row.find_first_not_of("01") != std::string::npos) {
+      throw ConfigError("lit_leds: needs nine 0 or 1 per panel, as in '111101111 111111111'");
+    }
+    for (size_t led = 0; led < 9; ++led) options.leds_lit[i][led] = row[led] == '1';
+  }
+  return options;
+}
+
+}  // namespace
+
+Scene open_scene(const SimParams& params) {
+  if (params.scene == "lab") return make_lab(lab_options(params));
+  return load_scene(params.scene);
 }
 
 CameraRig::CameraRig(Scene scene, const CameraRigParams& params)

@@ -1,6 +1,6 @@
 // The camera in the robot's hand: a ray-traced one in a scene that it owns, giving messages.
 //
-//   CameraRig rig(open_scene("lab", 1), params);
+//   CameraRig rig(open_scene(sim_params), params);
 //   image_t frame = rig.take(poses_while_open, number);
 //
 // Used by one thread at a time. Same scene, poses and number: same bytes.
@@ -15,13 +15,14 @@
 #include "common/frames.h"
 #include "foresight/image_t.hpp"
 #include "sim/ray_camera.h"
+#include "sim/robot/params.h"
 #include "sim/scene.h"
 
 namespace foresight::sim {
 
 /// The world to look at: "lab" is made from the seed; anything else names a scene file. Throws
 /// ConfigError or UnavailableError.
-Scene open_scene(const std::string& name, uint64_t seed);
+Scene open_scene(const SimParams& params);
 
 struct CameraRigParams {
   RayCameraParams camera;

@@ -22,6 +22,9 @@ struct SimParams {
   double base_period_s = 6;
 
   std::string scene = "lab";
+  std::string letters = "DABCEF";
+  std::string panel_places = "0 3";
+  std::string lit_leds = "111101111 111111111";
   double camera_rate_hz = 30;
   int camera_width_px = 640;
   double camera_latency_s = 0.03;
@@ -98,7 +101,13 @@ struct SimParams {
   }
   template <class V>
   void visit_camera(V& v) {
-    v("scene", scene, {.doc = "what there is to see: lab, or a scene file"});
+    v("scene", scene, {.doc = "what there is to see: lab, or a scene file (OBJ, glTF, GLB)"});
+    v("letters", letters,
+      {.doc = "of the lab: the card at each of its six places, A to F; a space leaves one empty"});
+    v("panel_places", panel_places,
+      {.doc = "of the lab: where its two LED panels stand, of the places 0 to 4"});
+    v("lit_leds", lit_leds,
+      {.doc = "of the lab: 1 for each LED that is lit, by rows from the upper left, per panel"});
     v("camera_rate_hz", camera_rate_hz,
       {.unit = "Hz", .min = 0, .max = 200, .doc = "frames; 0: no camera"});
     v("camera_width_px", camera_width_px,

@@ -87,8 +87,7 @@ void SimProcess::start() {
   const ArmModel arm = load_arm_file(params_.arm_file);
   std::shared_ptr<CameraRig> rig;
   if (photographer_) {
-    const auto seed = static_cast<uint64_t>(params_.seed);
-    rig = std::make_shared<CameraRig>(open_scene(params_.scene, seed), rig_params(params_));
+    rig = std::make_shared<CameraRig>(open_scene(params_), rig_params(params_));
   }
   robot_ = std::make_unique<Robot>(arm, robot_params(params_), node_.now());
   if (photographer_) {

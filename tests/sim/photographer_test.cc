@@ -38,7 +38,7 @@ class PhotographerTest : public testing::Test {
   PhotographerTest() {
     RayCameraParams camera;
     camera.model = {.width_px = 16, .height_px = 12, .fx_px = 16, .fy_px = 16};
-    rig_ = std::make_shared<CameraRig>(open_scene("lab", 1), CameraRigParams{.camera = camera});
+    rig_ = std::make_shared<CameraRig>(open_scene(SimParams{}), CameraRigParams{.camera = camera});
     photographer_.start(rig_, robot_.now(), [this] { ++done_; });
   }
   static SimParams params() {
