@@ -65,7 +65,7 @@ class RendererProcess : public Process {
   void show(const VideoRenderer& video, const Rectangle& place, const Panel& panel);
   void read_prediction();
   PredictionStatus prediction_status(bool has_prediction) const;
-  void publish_stats(bool has_prediction, Time begin);
+  void publish_stats(bool has_prediction, Time begin, Duration drawing);
   void handle_keys();
   void record();
   void update_rates();
