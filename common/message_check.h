@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,5 +43,16 @@ const std::vector<const MessageSchema*>& all_schemas();
 /// with non-negative counts and finite floats; otherwise one line that says what is wrong where.
 /// The fingerprint itself is not compared. Allocates nothing that depends on the contents.
 std::string find_layout_error(const MessageSchema& schema, std::span<const uint8_t> bytes);
+
+/// The message, or nothing when `bytes` are not exactly one of its type.
+template <class Message>
+std::optional<Message> decode_checked(std::span<const uint8_t> bytes) {
+  Message message;
+  if (!find_layout_error(*find_schema(Message::getTypeName()), bytes).empty() ||
+      message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) {
+    return std::nullopt;
+  }
+  return message;
+}
 
 }  // namespace foresight

@@ -7,6 +7,7 @@
 #include "bench/evaluate/figures.h"
 #include "bench/evaluate/image_scores.h"
 #include "common/errors.h"
+#include "common/message_check.h"
 #include "common/messages.h"
 
 namespace foresight {
@@ -14,17 +15,6 @@ namespace {
 
 constexpr double kDegrees = 180 / 3.14159265358979323846;
 constexpr Duration kSettling = seconds(2);
-
-template <class Message>
-std::optional<Message> decode(const LogEvent& event) {
-  const MessageSchema* schema = find_schema(Message::getTypeName());
-  Message message;
-  if (!find_layout_error(*schema, event.bytes).empty() ||
-      message.decode(event.bytes.data(), 0, static_cast<int>(event.bytes.size())) < 0) {
-    return std::nullopt;
-  }
-  return message;
-}
 
 double yaw_deg(const Pose<World, Base>& pose) {
   const Eigen::Vector3d x = pose.rotation() * Eigen::Vector3d::UnitX();
@@ -51,7 +41,7 @@ void Session::read(const std::string& robot_log, const std::string& operator_log
 
 void Session::on_robot(const LogEvent& event) {
   if (event.channel == "TRUTH_STATE") {
-    const auto message = decode<truth_t>(event);
+    const auto message = decode_checked<truth_t>(event.bytes);
     if (!message) return;
     if (!start_) start_ = Time{message->utime};
     truth_.on_message(event.bytes);
@@ -59,7 +49,7 @@ void Session::on_robot(const LogEvent& event) {
   }
   if (!start_) return;
   if (event.channel == "CAMERA_INFO" && !view_) {
-    const auto message = decode<camera_info_t>(event);
+    const auto message = decode_checked<camera_info_t>(event.bytes);
     const auto camera = message ? from_message(*message) : std::nullopt;
     if (camera) view_ = std::make_unique<TrueView>(sim_params_, *camera);
   }
@@ -72,13 +62,13 @@ void Session::on_operator(const LogEvent& event) {
   if (!start_) return;
   if (event.channel == "DISPLAY_STATS") on_display(event);
   if (event.channel == "JOINT_COMMAND") {
-    const auto message = decode<joint_command_t>(event);
+    const auto message = decode_checked<joint_command_t>(event.bytes);
     if (message && message->engaged != 0) commanded_rad_ = message->position_rad;
   }
 }
 
 void Session::on_alignment(const LogEvent& event) {
-  const auto message = decode<alignment_t>(event);
+  const auto message = decode_checked<alignment_t>(event.bytes);
   if (!message || true_from_estimated_ || !read_alignment(*message)) return;
   const auto truth = truth_.at({message->utime});
   if (!truth) return;
@@ -89,20 +79,20 @@ void Session::on_alignment(const LogEvent& event) {
 }
 
 void Session::on_base(const LogEvent& event) {
-  const auto message = decode<base_pose_t>(event);
+  const auto message = decode_checked<base_pose_t>(event.bytes);
   const auto base = message ? read_base(*message) : std::nullopt;
   if (!base || !true_from_estimated_ || base->time < aligned_at_ + kSettling) return;
   waiting_bases_.push_back(*base);
 }
 
 void Session::on_joint_state(const LogEvent& event) {
-  const auto message = decode<joint_state_t>(event);
+  const auto message = decode_checked<joint_state_t>(event.bytes);
   if (!message || commanded_rad_.size() != message->position_rad.size()) return;
   joints_.push_back({since_start_s({message->utime}), commanded_rad_, message->position_rad});
 }
 
 void Session::on_display(const LogEvent& event) {
-  const auto message = decode<display_stats_t>(event);
+  const auto message = decode_checked<display_stats_t>(event.bytes);
   if (!message) return;
   if (result_.first_prediction_s >= 0) ++result_.drawn_frames;
   if (message->epoch == 0 || !true_from_estimated_) return;

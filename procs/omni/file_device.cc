@@ -20,21 +20,13 @@ std::vector<MotionSample> read_table(const std::string& path) {
   return parse_motion_table(text.str(), path);
 }
 
-std::optional<device_state_t> decode(const std::vector<uint8_t>& bytes) {
-  device_state_t state;
-  const MessageSchema* schema = find_schema(device_state_t::getTypeName());
-  if (!find_layout_error(*schema, bytes).empty()) return std::nullopt;
-  if (state.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) return std::nullopt;
-  return state;
-}
-
 std::vector<MotionSample> read_log(const std::string& path) {
   LogReader log(path);
   std::vector<MotionSample> samples;
   std::optional<Time> first;
   while (const auto event = log.next()) {
     if (event->channel != "DEVICE_STATE") continue;
-    const auto state = decode(event->bytes);
+    const auto state = decode_checked<device_state_t>(event->bytes);
     if (!state || state->n_joints == 0) continue;
     if (!first) first = Time{state->utime};
     const double time_s = (Time{state->utime} - *first).seconds();

@@ -127,7 +127,7 @@ void OffscreenContext::make_current() {
 unsigned OffscreenContext::framebuffer() const { return egl_->framebuffer.name(); }
 int OffscreenContext::width_px() const { return egl_->width_px; }
 int OffscreenContext::height_px() const { return egl_->height_px; }
-void OffscreenContext::present() { glFlush(); }
+void OffscreenContext::present() { glFinish(); }  // shown when it is finished
 
 // --- window
 // ---------------------------------------------------------------------------------------

@@ -13,6 +13,9 @@ namespace {
 /// An occluder whose neglect would shift the texture by less than this is not believed: it is
 /// within the rounding of the depth map.
 constexpr double kLeastShift_px = 0.75;
+/// Views that get a pass of their own. What these leave is little, and the pass that searches all
+/// views costs more per pixel but less than a further pass over the whole picture.
+constexpr size_t kOwnPasses = 2;
 
 /// std140 layout of `View` in the shader.
 struct GpuView {
@@ -120,7 +123,7 @@ void PaintPass::draw(const PaintJob& job) {
   if (!job.views.empty()) variant.lens = shader_lens(job.views[0].camera);
   variant.has_mesh = job.has_mesh;
   variant.one_view = true;
-  for (size_t i = 0; i < job.views.size(); ++i) {
+  for (size_t i = 0; i < std::min(kOwnPasses, job.views.size()); ++i) {
     glBindBufferRange(GL_UNIFORM_BUFFER, 0, views_.name(),
                       static_cast<GLintptr>(i * sizeof(GpuView)), sizeof(GpuView));
     run(variant, job);

@@ -9,9 +9,9 @@
 
 int main(int argc, char** argv) {
   using namespace foresight;
-  const std::map<std::string, int> buttons{{"estop", pendant_t::BUTTON_ESTOP},
-                                           {"idle", pendant_t::BUTTON_IDLE},
-                                           {"activate", pendant_t::BUTTON_ACTIVATE}};
+  const std::map<std::string, int> buttons{{"estop", int{pendant_t::BUTTON_ESTOP}},
+                                           {"idle", int{pendant_t::BUTTON_IDLE}},
+                                           {"activate", int{pendant_t::BUTTON_ACTIVATE}}};
   std::string button, url = default_url(Domain::kRobot);
   CLI::App app(
       "Presses a button of the simulated arm's pendant. After a fault: idle (which resets an "
