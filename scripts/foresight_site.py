@@ -12,7 +12,8 @@ import yaml
 from foresight_paths import ROOT, program
 
 SITE_KEYS = {"robot_url", "operator_url", "clock", "external", "processes"}
-PROCESS_KEYS = {"program", "site", "clock", "start", "restart", "params_file", "params"}
+PROCESS_KEYS = {"program", "site", "clock", "start", "restart", "nice", "params_file", "params"}
+LARGEST_NICE = 19
 CHOICES = {"site": ("robot", "operator"), "clock": ("wall", "published"),
            "start": ("first", "last"),
            "restart": ("always", "on_failure", "never")}
@@ -31,6 +32,7 @@ class Process:
     clock: str
     start: str
     restart: str
+    nice: int
     params_file: str
     params: dict
 
@@ -112,13 +114,17 @@ def read_process(name, entry, path, clock):
     for key, choices in CHOICES.items():
         if values[key] not in choices:
             raise SiteError(f"{where}{key}: '{values[key]}' is not one of {', '.join(choices)}")
+    nice = entry.get("nice", 0)
+    if isinstance(nice, bool) or not isinstance(nice, int) or not 0 <= nice <= LARGEST_NICE:
+        raise SiteError(f"{where}nice: must be a whole number from 0 to {LARGEST_NICE}, "
+                        f"is '{nice}'")
     params_file = entry.get("params_file") or ""
     if params_file:
         params_file = str((path.parent / params_file).resolve())
     params = {key: parameter_text(value, f"{where}params.{key}")
               for key, value in require_map(entry.get("params"), f"{where}params").items()}
     return Process(name, entry.get("program", name), values["site"], values["clock"],
-                   values["start"], values["restart"], params_file, params)
+                   values["start"], values["restart"], nice, params_file, params)
 
 
 def read_site(path):

@@ -43,9 +43,10 @@ def poll(condition, timeout_s, period_s=0.05):
 def program_section(process, site, run_dir, priority):
     escape = lambda text: text.replace("%", "%%")
     log = run_dir / "logs" / f"{process.name}.log"
+    command = (["nice", "-n", str(process.nice)] if process.nice else []) + process.command(site)
     return f"""
 [program:{process.name}]
-command={escape(shlex.join(process.command(site)))}
+command={escape(shlex.join(command))}
 directory={escape(str(ROOT))}
 environment={MARK}="{escape(str(run_dir))}"
 priority={priority}

@@ -62,6 +62,8 @@ class SiteFile(unittest.TestCase):
     def test_refuses_values_that_are_no_choice(self):
         self.assert_refused(URLS + "processes: {link: {site: moon}}\n", "site", "moon", "operator")
         self.assert_refused(URLS + "processes: {link: {restart: maybe}}\n", "restart", "maybe")
+        for nice in ("20", "-1", "fast", "true"):
+            self.assert_refused(URLS + f"processes: {{link: {{nice: {nice}}}}}\n", "nice")
 
     def test_refuses_a_key_given_twice(self):
         self.assert_refused(URLS + "processes:\n  link: {}\n  link: {}\n", "link", "twice")
