@@ -35,7 +35,8 @@ void install_signal_handlers() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-// A job may take long because nobody waits for it: loops (control, tracking, drawing) go first.
+// A job is given to a worker because it may take long: the loops (control, tracking, drawing) go
+// first.
 constexpr int kWorkerNice = 5;
 
 // A published clock that says nothing for so long has stopped.
@@ -72,8 +73,8 @@ void Worker::run(Job job) {
 }
 
 void Worker::loop() {
-  // Linux: of this thread alone. Needs no right; where it fails nothing else changes.
-  [[maybe_unused]] const int n = setpriority(PRIO_PROCESS, 0, kWorkerNice);
+  // Linux: of this thread alone, on top of the process's. Needs no right.
+  [[maybe_unused]] const int niceness = nice(kWorkerNice);
   while (true) {
     Job job;
     {

@@ -20,7 +20,7 @@
 namespace foresight {
 
 /// Runs at most one job at a time in a thread of its own and signals an eventfd when it is done.
-/// The thread yields to every loop on the machine (nice).
+/// The thread yields to the loops (nice).
 class Worker {
  public:
   Worker();

@@ -119,29 +119,24 @@ class Bench {
   void on_mesh(const std::vector<uint8_t>& bytes) {
     const auto message = decode_checked<mesh_t>(bytes);
     const auto mesh = message ? from_message(*message) : std::nullopt;
-    if (mesh) timed("new mesh", [&] { return scene_.set_mesh(*mesh); });
+    if (mesh) timed("new mesh", [&] { require(scene_.set_mesh(*mesh), "MESH"); });
     if (message) mesh_epoch_ = message->epoch;
   }
   void on_view(const std::vector<uint8_t>& bytes) {
     const auto message = decode_checked<view_t>(bytes);
     if (!message || !camera_) return;
     std::optional<Image> image;
-    timed("decode an image", [&] {
-      image = decode_image(message->image, 3);
-      return InputStatus::kAccepted;
-    });
+    timed("decode an image", [&] { image = decode_image(message->image, 3); });
     if (!image) return;
     const auto pose = read_pose(message->pose);
     timed("take in an image", [&] {
       if (pose) {
-        (void)scene_.add_view({message->utime, {message->utime}, *camera_, *pose, *image});
+        const Time time{message->utime};
+        require(scene_.add_view({time.us, time, *camera_, *pose, *image}), "VIEW");
       }
-      return video_.set_image(*camera_, *image);
+      require(video_.set_image(*camera_, *image), "VIEW");
     });
-    timed("draw the delayed picture", [&] {
-      video_.draw(camera_->undistorted());
-      return InputStatus::kAccepted;
-    });
+    timed("draw the delayed picture", [&] { video_.draw(camera_->undistorted()); });
     if (!pose || mesh_epoch_ != message->pose.epoch || scene_.triangles() == 0) return;
     for (int i = 0; i < options_.pictures_per_view; ++i) predict({message->utime}, mesh_epoch_, i);
   }
@@ -153,8 +148,7 @@ class Bench {
     timed(picture == 0 ? "predicted view, new image" : "predicted view again", [&] {
       const auto summary = scene_.render(camera_->undistorted(), *ahead->map_from_cam,
                                          {.used_views = options_.used_views});
-      depth_maps_ += summary.depth_maps_drawn;
-      return InputStatus::kAccepted;
+      depth_maps_ += is_counted_ ? summary.depth_maps_drawn : 0;
     });
     timed("compose", [&] {
       const Places places = place_pictures(Layout::kSideBySide, 1280, 480, 4.0 / 3.0);
@@ -163,16 +157,17 @@ class Bench {
       hud_.draw_texture(video_.colour(), *places.delayed, 480);
       hud_.draw_texture(scene_.colour(), *places.predicted, 480);
       hud_.draw_panel({Badge::kOk, "PREDICTED", {"delay 300 ms"}}, *places.predicted, 480);
-      return InputStatus::kAccepted;
     });
     drawn_ += is_counted_ ? 1 : 0;
   }
+  void require(InputStatus status, const std::string& channel) const {
+    if (status != InputStatus::kAccepted) {
+      throw UnavailableError(options_.log + ": a message on " + channel + " cannot be drawn");
+    }
+  }
   template <class Step>
   void timed(const std::string& name, const Step& step) {
-    const auto checked = [&] {
-      if (step() != InputStatus::kAccepted) throw UnavailableError(name + ": refused");
-    };
-    is_counted_ ? watches_.time(name, checked) : checked();
+    is_counted_ ? watches_.time(name, step) : step();
   }
 
   Options options_;

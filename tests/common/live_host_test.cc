@@ -2,7 +2,9 @@
 #include "common/live_host.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <thread>
@@ -152,6 +154,19 @@ TEST_F(LiveHostTest, AJobRunsBesideTheMainThread) {
   host_.run();
   EXPECT_NE(job_thread, std::this_thread::get_id());
   EXPECT_EQ(apply_thread, std::this_thread::get_id());
+}
+
+TEST_F(LiveHostTest, AJobYieldsToTheLoopWhateverThePriorityOfTheProcess) {
+  Node node("n", host_, {});
+  int of_job = 0;
+  ASSERT_TRUE(node.run_beside(
+      [&]() -> std::function<void()> {
+        of_job = getpriority(PRIO_PROCESS, 0);
+        return [&] { host_.stop(0); };
+      },
+      Duration{0}));
+  host_.run();
+  EXPECT_EQ(of_job, std::min(19, getpriority(PRIO_PROCESS, 0) + 5));
 }
 
 // A job may still run when the process is told to end; it must not outlive what it works on.
