@@ -32,11 +32,14 @@ class RobotRecovery(RecoveryCase):
 """, clock="published")
 
     def test_without_its_controller_the_arm_waits_for_a_person(self):
-        """The safety board misses the heartbeat: software alone cannot move the arm again."""
+        """The safety board misses the heartbeat: software alone cannot move the arm again. The
+        controller hangs first: one that is killed may be replaced within the heartbeat, which is
+        counted by the world's clock, and this world waits for its controller."""
         self.wait_until_all_work()
         before = self.swarm.pids()
-        os.kill(before["wam_controller"], signal.SIGKILL)
+        os.kill(before["wam_controller"], signal.SIGSTOP)
         self.wait(lambda: self.monitor.state("sim") == "DEGRADED", "the safety board says so")
+        os.kill(before["wam_controller"], signal.SIGKILL)
         self.wait(lambda: (self.monitor.process("wam_controller") or {"pid": 0})["pid"]
                   not in (before["wam_controller"], 0), "a new controller reports")
         pressed = run(build_dir() / "bin" / "sim-pendant", "activate", "--robot-url", ROBOT_URL)
