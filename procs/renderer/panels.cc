@@ -39,9 +39,11 @@ Panel predicted_panel(const PredictionStatus& status) {
   Panel panel{status.texture_age > kStaleAfter ? Badge::kStale : Badge::kOk,
               "PREDICTED VIEW",
               {"textures " + milliseconds_text(status.texture_age) + " old", fps_text(status.fps),
-               std::to_string(status.triangles) + " triangles",
-               percent_text(status.shares.newest + status.shares.earlier) + " measured, " +
-                   percent_text(status.shares.guess) + " guessed"}};
+               std::to_string(status.triangles) + " triangles"}};
+  if (status.shares) {
+    panel.lines.push_back(percent_text(status.shares->newest + status.shares->earlier) +
+                          " measured, " + percent_text(status.shares->guess) + " guessed");
+  }
   if (!status.note.empty()) panel.lines.push_back("robot: " + status.note);
   return panel;
 }

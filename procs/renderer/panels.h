@@ -1,6 +1,7 @@
 // What the status panels over the pictures say. No OpenGL in here.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "common/time.h"
@@ -23,7 +24,7 @@ struct PredictionStatus {
   Duration texture_age;
   double fps = 0;
   int triangles = 0;
-  SourceShares shares;
+  std::optional<SourceShares> shares;  // none: not counted yet
 };
 
 Panel delayed_panel(const VideoStatus& status);

@@ -290,8 +290,9 @@ void RendererProcess::publish_stats(bool has_prediction, Time begin, Duration dr
     stats.epoch = epoch_;
     write_transform(pose_->world_from_cam, stats.predicted_world_from_cam_quat_wxyz,
                     stats.predicted_world_from_cam_position_m);
-    stats.textured_share = static_cast<float>(shares_.newest + shares_.earlier);
-    stats.guessed_share = static_cast<float>(shares_.guess);
+    const SourceShares shares = shares_.value_or(SourceShares{});
+    stats.textured_share = static_cast<float>(shares.newest + shares.earlier);
+    stats.guessed_share = static_cast<float>(shares.guess);
   }
   stats.texture_utime = texture_time_.us;
   stats.mesh_utime = mesh_time_.us;
@@ -337,7 +338,7 @@ void RendererProcess::update_rates() {
     stream->mark = stream->count;
   }
   node_.set_metric("fps", drawn_.fps);
-  node_.set_metric("textured_share", shares_.newest + shares_.earlier);
+  if (shares_) node_.set_metric("textured_share", shares_->newest + shares_->earlier);
 }
 
 }  // namespace foresight

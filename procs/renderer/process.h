@@ -94,7 +94,7 @@ class RendererProcess : public Process {
   Time texture_time_, mesh_time_, last_draw_;
   Stream video_, undelayed_, drawn_;
   Layout layout_;
-  SourceShares shares_;
+  std::optional<SourceShares> shares_;  // counted now and then
   Time shares_time_;
   int recorded_drawn_ = 0;
   bool draw_requested_ = false;

@@ -1,5 +1,6 @@
 #include "procs/renderer/hud.h"
 
+#include "procs/renderer/panels.h"
 #include "procs/renderer/video_renderer.h"
 #include "tests/renderer/test_scene.h"
 
@@ -7,6 +8,15 @@ namespace foresight {
 namespace {
 
 using HudTest = RendererTest;
+
+TEST(PanelTest, NamesSharesOnlyOnceTheyAreCounted) {
+  PredictionStatus status{.is_drawn = true, .triangles = 592};
+  EXPECT_EQ(predicted_panel(status).lines.back(), "592 triangles");
+  status.shares = SourceShares{.newest = 0.5, .earlier = 0.2, .guess = 0.25, .unknown = 0.05};
+  EXPECT_EQ(predicted_panel(status).lines.back(), "70% measured, 25% guessed");
+  status.shares = SourceShares{.unknown = 1};
+  EXPECT_EQ(predicted_panel(status).lines.back(), "0% measured, 0% guessed");
+}
 
 TEST(LayoutTest, PicturesKeepTheirAspectAndStayInside) {
   for (const auto& [w, h] : {std::pair{1280, 480}, {640, 480}, {333, 777}, {1, 1}, {2000, 100}}) {
