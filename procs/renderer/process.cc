@@ -338,7 +338,8 @@ void RendererProcess::update_rates() {
     stream->mark = stream->count;
   }
   node_.set_metric("fps", drawn_.fps);
-  if (shares_) node_.set_metric("textured_share", shares_->newest + shares_->earlier);
+  const SourceShares shares = shares_.value_or(SourceShares{});
+  node_.set_metric("textured_share", shares.newest + shares.earlier);
 }
 
 }  // namespace foresight
