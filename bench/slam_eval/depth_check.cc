@@ -71,10 +71,12 @@ DepthCheck summarise(const std::vector<Compared>& compared) {
   for (const Compared& c : compared) {
     const double error = relative_error(c, scale);
     if (std::abs(error) < 0.05) ++check.within_5_percent;
+    if (std::abs(error) < 0.1) ++check.within_10_percent;
     if (error < -0.1) ++check.in_front_10_percent;
     errors.push_back(std::abs(error));
   }
   check.within_5_percent /= static_cast<double>(errors.size());
+  check.within_10_percent /= static_cast<double>(errors.size());
   check.in_front_10_percent /= static_cast<double>(errors.size());
   check.median_error_percent = 100 * median(errors);
   return check;
@@ -84,7 +86,7 @@ DepthCheck summarise(const std::vector<Compared>& compared) {
 
 DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
                        const std::map<int32_t, Time>& keyframe_times,
-                       const std::map<Time, Pose<Map, Cam>>& live_poses, double depth_scale) {
+                       const std::map<Time, Pose<Map, Cam>>& live_poses) {
   std::map<int32_t, Eigen::Vector3d> point_in_map;
   for (const MapPoint& p : snapshot.points_set) {
     point_in_map[p.id] = p.position_in_map.cast<double>();
@@ -105,7 +107,7 @@ DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
       const Eigen::Vector3d p = cam_from_map * point_in_map.at(id);
       if (p.z() <= 0 || !sequence.camera.in_image(sequence.camera.project(p), kPatchRadius_px + 1))
         continue;
-      Compared c{p.z(), depths_around(depth, sequence.camera.project(p), depth_scale)};
+      Compared c{p.z(), depths_around(depth, sequence.camera.project(p), sequence.depth_scale)};
       if (!c.measured_m.empty()) compared.push_back(std::move(c));
     }
   }

@@ -14,15 +14,15 @@ namespace foresight {
 
 struct DepthCheck {
   int compared = 0;
-  double within_5_percent = 0;      // share of the compared
+  double within_5_percent = 0;  // share of the compared
+  double within_10_percent = 0;
   double in_front_10_percent = 0;   // share: floats in free space; ruins a carved model
   double median_error_percent = 0;  // absolute, of depth
 };
 
-/// `depth_scale`: metres per unit of the depth images. Only meaningful if they are registered to
-/// the colour images.
+/// Needs depth images that are registered to the colour images (Sequence::depth_scale > 0).
 DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
                        const std::map<int32_t, Time>& keyframe_times,
-                       const std::map<Time, Pose<Map, Cam>>& live_poses, double depth_scale);
+                       const std::map<Time, Pose<Map, Cam>>& live_poses);
 
 }  // namespace foresight

@@ -2,46 +2,63 @@
 // live poses against the truth after a Sim(3) alignment (Umeyama).
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/slam_eval/depth_check.h"
+#include "bench/slam_eval/playlist.h"
 #include "bench/slam_eval/sequence.h"
 #include "common/frames.h"
 #include "procs/slam/slam.h"
 
 namespace foresight {
 
-/// One answer of the core that carries a pose: placed, or the guess while lost.
-struct PlacedImage {
-  Time time;
-  TrackingState state = TrackingState::kTracking;
+/// The core's answer to one image.
+struct Answer {
+  PlayedImage played;
+  Time image_time;  // of the original image: the truth's
+  TrackingState state = TrackingState::kInitialising;
   int epoch = 0;
   Pose<Map, Cam> map_from_cam;
   double quality = 0;
+  std::optional<double>
+      error_m;  // of the position, aligned; of the best epoch, where there is truth
+};
+
+/// How the core comes back after black-outs or jumps.
+struct Recovery {
+  int disturbances = 0;
+  int returned = 0;         // placed again before the next one, within 5 cm
+  int within_half_s = 0;    // of these, in ≤ 0.5 s
+  double slowest_s = 0;     // of the returned
+  int placed_in_black = 0;  // poses called good while the image was black
 };
 
 struct Evaluation {
-  std::string sequence;
+  std::string sequence, degradation;
   int frames = 0;
-  std::vector<PlacedImage> placed;
-  std::vector<PlacedImage> lost;
+  std::vector<Answer> answers;
   double tracked_fraction = 0;
   int first_frame = -1;    // first with a pose
   double init_s = -1;      // its time since the first image
   double ate_rmse_m = -1;  // of the epoch with the most poses; −1 without truth
   double ate_max_m = -1;
-  int wrong_by_10_cm = 0;  // of the placed
+  double rpe_rmse_m = -1, rpe_rmse_deg = -1;  // over 1 s
+  int wrong_by_5_cm = 0, wrong_by_10_cm = 0;  // of the placed
   // Is a mistrack recognisable? Qualities of placed images within 5 cm, and of all answers (lost
   // ones too) that are off by more than 10 cm; −1: there was none.
   double right_quality_p05 = -1;
   double wrong_quality_max = -1;
-  double track_ms_median = 0, track_ms_p95 = 0;
+  double track_ms_median = 0, track_ms_p95 = 0, track_ms_max = 0;
   double job_ms_median = 0, job_ms_max = 0;
   int jobs = 0;
   SlamStatistics statistics;
+  Recovery recovery;
   DepthCheck depth;
   double peak_mb = 0;
+  uint64_t hash = 0;  // of all poses and of the final map: equal bytes, equal hash
   std::vector<Eigen::Vector3d> truth_path, estimated_path;  // aligned, m
 };
 
@@ -49,13 +66,15 @@ Similarity<World, Map> align_umeyama(const std::vector<Eigen::Vector3d>& points_
                                      const std::vector<Eigen::Vector3d>& points_in_world);
 
 struct EvaluationRange {
-  int start = 0;
-  int frames = -1;  // all
-  int step = 1;     // every so many images: a faster camera
+  PlayRange play;
+  Degradation degradation;
   bool verbose = false;
-  double depth_scale = 0;  // metres per unit of registered depth images; 0: no check
 };
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
                     const EvaluationRange& range);
+
+/// Of several runs: the medians of times and memory; the rest is the first run's. Throws
+/// UnavailableError if the runs' hashes differ.
+Evaluation median_of(const std::vector<Evaluation>& runs);
 
 }  // namespace foresight

@@ -37,6 +37,21 @@ std::vector<SequenceImage> load_list(const std::filesystem::path& root, const ch
   return images;
 }
 
+// "key: number" of the camera file; the fallback where it is missing.
+double number_in(const std::string& path, const std::string& key, double fallback) {
+  for (const std::string& line : data_lines(path)) {
+    if (!line.starts_with(key + ":")) continue;
+    std::istringstream value(line.substr(key.size() + 1));
+    value >> fallback;
+  }
+  return fallback;
+}
+
+double depth_scale_of(const std::string& camera_file) {
+  const bool own_camera = number_in(camera_file, "depth_fx", 0) > 0;
+  return own_camera ? 0 : number_in(camera_file, "depth_scale", 1.0 / 5000);
+}
+
 }  // namespace
 
 std::optional<Pose<World, Cam>> Sequence::truth_at(Time time) const {
@@ -60,6 +75,9 @@ Sequence load_sequence(const std::string& folder) {
   sequence.camera = load_camera_file((root / "camera.yaml").string());
   sequence.images = load_list(root, "rgb.txt");
   sequence.depth_images = load_list(root, "depth.txt");
+  if (!sequence.depth_images.empty()) {
+    sequence.depth_scale = depth_scale_of((root / "camera.yaml").string());
+  }
   if (sequence.images.empty()) {
     throw UnavailableError((root / "rgb.txt").string() + ": no images ('seconds file' per line)");
   }

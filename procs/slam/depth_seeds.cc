@@ -190,6 +190,10 @@ std::vector<Seed> DepthSeeds::take_mature() {
   return mature;
 }
 
+void DepthSeeds::forget_keyframe(int32_t id) {
+  std::erase_if(seeds_, [&](const Seed& s) { return s.corner.keyframe_id == id; });
+}
+
 void DepthSeeds::prune(int32_t oldest_keyframe_id) {
   std::erase_if(seeds_, [&](const Seed& s) {
     return s.misses >= kMaxMisses || s.corner.keyframe_id < oldest_keyframe_id;

@@ -50,6 +50,7 @@ class DepthSeeds {
   std::vector<Seed> take_mature();
   /// Gives up seeds that keep missing and those of keyframes before `oldest_keyframe_id`.
   void prune(int32_t oldest_keyframe_id);
+  void forget_keyframe(int32_t id);
   const std::vector<Seed>& seeds() const { return seeds_; }
   void clear() { seeds_.clear(); }
 

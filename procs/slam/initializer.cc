@@ -5,9 +5,7 @@
 #include <cstdio>
 #include <opencv2/video/tracking.hpp>
 
-#include "procs/slam/bundle_adjustment.h"
 #include "procs/slam/geometry.h"
-#include "procs/slam/pose_optimizer.h"
 #include "procs/slam/two_view.h"
 
 namespace foresight::slam {
@@ -19,13 +17,21 @@ using Eigen::Vector3d;
 constexpr size_t kMaxImages = 120;       // since the reference: then it starts anew
 constexpr double kMinAliveShare = 0.35;  // of the reference's corners
 constexpr double kMinFlow_px = 6;
-constexpr double kTrackNoise_px = 0.8;
-constexpr double kMaxTwoViewError_px = 3;
 constexpr double kMinInlierShare = 0.75;
-constexpr double kUnambiguous = 1.25;    // cost of the next best motion / of the best
-constexpr double kBeyondRotation = 2.0;  // residual of a pure rotation / of the motion
-constexpr double kSaneDepth = 50;        // times the median
-constexpr double kMaxDepth = 1000;       // baselines
+// What a first map needs. A wide parallax leaves little to doubt; a narrow one starts sooner, but
+// has to show more.
+struct Gate {
+  double parallax_deg;     // median angle between the rays of a point
+  double beyond_rotation;  // residual of a pure rotation / of the motion
+  double unambiguous;      // cost of the next best different motion / of the best
+  int stable_attempts;     // in a row that found the same motion
+};
+constexpr Gate kWideGate = {1.2, 2.0, 1.25, 1};
+constexpr Gate kNarrowGate = {0, 2.5, 1.4, 2};  // its parallax is an option
+constexpr double kNoiseFloor_px = 0.5;          // in the ratio to a rotation's residual
+constexpr double kStableAngle = 20 * kDegree;   // between the ways to the second camera
+constexpr size_t kHypotheses = 3;               // tried again at the next image
+constexpr double kSaneDepth = 50;               // times the median
 
 template <class... Args>
 std::string format(const char* pattern, Args... args) {
@@ -41,29 +47,22 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+Vector3d center_in_first(const Pose<Cam, Cam>& second_from_first) {
+  return second_from_first.inverse().translation();
+}
+
 }  // namespace
-
-struct Initializer::Solution {
-  Pose<Cam, Cam> second_from_first;
-  std::vector<size_t> tracks;    // index of each point's track
-  std::vector<Vector3d> points;  // in the first camera
-  double cost = 0;               // Σ over tracks and images of min(error², limit²), px²
-  double rms_px = 0;
-  double parallax_deg = 0;  // median
-
-  bool differs_from(const Solution& other) const {
-    const Pose<Cam, Cam>& a = second_from_first;
-    const Pose<Cam, Cam>& b = other.second_from_first;
-    return a.rotation().angularDistance(b.rotation()) > 1.5 * kDegree ||
-           angle_between(a.translation(), b.translation()) > 12 * kDegree;
-  }
-};
 
 Initializer::Initializer(const CameraModel& camera, const SlamOptions& options)
     : camera_(camera), options_(options) {}
 
 void Initializer::start_reference(Time time, const ImagePyramid& pyramid) {
   tracks_.clear();
+  hypotheses_.clear();
+  stable_attempts_ = 0;
+  ++reference_count_;
+  attempt_due_ = false;
+  reason_.clear();
   OccupancyMask mask(camera_.width_px, camera_.height_px);
   for (const DetectedCorner& c : detect_corners(pyramid, options_.init_corners, &mask)) {
     tracks_.push_back(
@@ -104,12 +103,30 @@ double Initializer::median_flow_px() const {
   return median(std::move(lengths));
 }
 
-std::vector<Vector2d> Initializer::rays_at(size_t image) const {
-  std::vector<Vector2d> rays;
-  for (const Track& t : tracks_) {
-    rays.push_back(camera_.unproject({t.path[image].x, t.path[image].y}));
+std::string Initializer::feed(Time time, const ImagePyramid& pyramid) {
+  const size_t needed = static_cast<size_t>(options_.init_min_points);
+  attempt_due_ = false;
+  if (tracks_.empty()) {
+    start_reference(time, pyramid);
+    return tracks_.size() < needed ? format("%zu corners, need %zu", tracks_.size(), needed)
+                                   : "new reference image";
   }
-  return rays;
+  follow(pyramid);
+  last_time_ = time;
+  if (tracks_.size() < needed ||
+      static_cast<double>(tracks_.size()) < kMinAliveShare * static_cast<double>(started_with_) ||
+      tracks_.front().path.size() > kMaxImages) {
+    const std::string why =
+        format("%zu of %zu tracks left: new reference image", tracks_.size(), started_with_);
+    start_reference(time, pyramid);
+    return why;
+  }
+  const double flow_px = median_flow_px();
+  if (flow_px < kMinFlow_px || tracks_.front().path.size() < 4) {
+    return format("the image moved %.1f px, need %.0f", flow_px, kMinFlow_px);
+  }
+  attempt_due_ = true;
+  return reason_.empty() ? "looking for the motion" : reason_;
 }
 
 std::vector<size_t> Initializer::views_between() const {
@@ -123,185 +140,123 @@ std::vector<size_t> Initializer::views_between() const {
   return views;
 }
 
-// The first solution: points where the rays of the first and the last view meet.
-Initializer::Solution Initializer::triangulate_tracks(const Pose<Cam, Cam>& second_from_first,
-                                                      const RaysPerView& rays) const {
-  Solution solution;
-  solution.second_from_first = second_from_first;
-  for (size_t i = 0; i < tracks_.size(); ++i) {
-    const auto point = triangulate(second_from_first, rays.front()[i], rays.back()[i]);
-    if (!point || point->z() > kMaxDepth) continue;
-    const Vector3d in_second = second_from_first * *point;
-    const double error =
-        camera_.fx_px * (in_second.head<2>() / in_second.z() - rays.back()[i]).norm();
-    if (error > kMaxTwoViewError_px) continue;
-    solution.tracks.push_back(i);
-    solution.points.push_back(*point);
+std::optional<Initializer::Attempt> Initializer::take_attempt() {
+  if (!attempt_due_) return std::nullopt;
+  attempt_due_ = false;
+  Attempt attempt;
+  attempt.reference = reference_count_;
+  attempt.first = {reference_time_, reference_, {}};
+  attempt.second = {last_time_, last_, {}};
+  for (const Track& t : tracks_) {
+    attempt.corners.push_back(t.corner);
+    attempt.second_pixels.emplace_back(t.path.back().x, t.path.back().y);
   }
-  return solution;
-}
-
-// All views; those in between start from their own pose optimisation.
-BundleProblem Initializer::bundle_over_views(const Solution& solution,
-                                             const RaysPerView& rays) const {
-  const double f = camera_.fx_px;
-  BundleProblem problem;
-  problem.max_iterations = 12;
-  for (size_t n = 0; n < solution.points.size(); ++n) {
-    problem.points.push_back({static_cast<int32_t>(n), solution.points[n]});
-  }
-  for (size_t v = 0; v < rays.size(); ++v) {
-    const double share = static_cast<double>(v) / static_cast<double>(rays.size() - 1);
-    const Pose<Cam, Cam> guess = scaled_motion(solution.second_from_first, share).inverse();
-    Pose<Map, Cam> pose(guess.rotation(), guess.translation());
-    std::vector<PoseObservation> observations;
-    for (size_t n = 0; n < solution.tracks.size(); ++n) {
-      const Vector2d& xy = rays[v][solution.tracks[n]];
-      observations.push_back({solution.points[n], xy, f});
-      problem.observations.push_back({static_cast<int32_t>(v), static_cast<int32_t>(n), xy, f});
+  for (const size_t view : views_between()) {
+    std::vector<Vector2d> rays;
+    for (const Track& t : tracks_) {
+      rays.push_back(camera_.unproject({t.path[view].x, t.path[view].y}));
     }
-    const bool between = v > 0 && v + 1 < rays.size();
-    if (between) pose = optimize_pose(pose, observations).map_from_cam;
-    problem.keyframes.push_back(
-        {static_cast<int32_t>(v), v == 0 ? BundleRole::kFixed : BundleRole::kAdjusted, pose});
+    attempt.tracks.rays.push_back(std::move(rays));
   }
-  return problem;
+  attempt.tracks.focal_px = camera_.fx_px;
+  attempt.tracks.hypotheses = hypotheses_;
+  attempt.tracks.min_points = options_.init_min_points;
+  return attempt;
 }
 
-std::optional<Initializer::Solution> Initializer::refine(const Pose<Cam, Cam>& second_from_first,
-                                                         const RaysPerView& rays) const {
-  const Solution start = triangulate_tracks(second_from_first, rays);
-  if (start.points.size() < static_cast<size_t>(options_.init_min_points)) return std::nullopt;
-  const BundleProblem problem = bundle_over_views(start, rays);
-  const BundleSolution adjusted = adjust_bundle(problem);
-  if (!adjusted.usable) return std::nullopt;
-
-  Solution refined;
-  const Pose<Map, Cam>& second = adjusted.keyframes.back().map_from_cam;
-  refined.second_from_first = Pose<Cam, Cam>(second.rotation(), second.translation()).inverse();
-  refined.rms_px = adjusted.rms_px;
-  const size_t inliers = problem.observations.size() - adjusted.outliers.size();
-  const size_t others = tracks_.size() * rays.size() - inliers;
-  refined.cost = static_cast<double>(inliers) * adjusted.rms_px * adjusted.rms_px +
-                 static_cast<double>(others) * problem.outlier_px * problem.outlier_px;
-  std::vector<bool> bad(problem.points.size(), false);
-  for (const int32_t o : adjusted.outliers) {
-    bad[static_cast<size_t>(problem.observations[static_cast<size_t>(o)].point_index)] = true;
-  }
-  std::vector<double> parallax;
-  for (size_t n = 0; n < adjusted.points.size(); ++n) {
-    const Vector3d& p = adjusted.points[n].position_in_map;
-    if (bad[n] || p.z() <= 0) continue;
-    refined.tracks.push_back(start.tracks[n]);
-    refined.points.push_back(p);
-    parallax.push_back(angle_between(p, p - second.translation()) / kDegree);
-  }
-  refined.parallax_deg = median(std::move(parallax));
-  return refined;
+Initializer::Answer Initializer::run(Attempt attempt) {
+  Answer answer;
+  answer.solutions = solve_first_map(attempt.tracks);
+  answer.attempt = std::move(attempt);
+  return answer;
 }
 
-std::vector<Initializer::Solution> Initializer::refined_candidates(const RaysPerView& rays) const {
-  std::vector<Pose<Cam, Cam>> motions =
-      candidate_motions(rays.front(), rays.back(), kTrackNoise_px / camera_.fx_px);
-  std::vector<std::pair<size_t, Pose<Cam, Cam>>> ranked;
-  for (const Pose<Cam, Cam>& m : motions) {
-    size_t good = 0;
-    for (size_t i = 0; i < tracks_.size(); ++i) {
-      const auto p = triangulate(m, rays.front()[i], rays.back()[i]);
-      if (!p) continue;
-      const Vector3d q = m * *p;
-      const double error = camera_.fx_px * (q.head<2>() / q.z() - rays.back()[i]).norm();
-      if (error < kMaxTwoViewError_px) ++good;
-    }
-    ranked.emplace_back(good, m);
+Initializer::Diagnosis Initializer::diagnose(const Answer& answer) {
+  const TwoViewSolution& best = answer.solutions.front();
+  const TracksInViews& tracks = answer.attempt.tracks;
+  const bool same =
+      !hypotheses_.empty() && angle_between(center_in_first(hypotheses_.front()),
+                                            center_in_first(best.second_from_first)) < kStableAngle;
+  stable_attempts_ = same ? stable_attempts_ + 1 : 1;
+  hypotheses_.clear();
+  for (const TwoViewSolution& s : answer.solutions) {
+    if (hypotheses_.size() < kHypotheses) hypotheses_.push_back(s.second_from_first);
   }
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::vector<Solution> solutions;
-  for (const auto& [good, motion] : ranked) {
-    if (4 * good < 3 * ranked.front().first) break;
-    if (auto solution = refine(motion, rays)) solutions.push_back(std::move(*solution));
+  Diagnosis d;
+  d.stable_attempts = stable_attempts_;
+  d.tracks = static_cast<int>(best.tracks.size());
+  d.parallax_deg = best.parallax_deg;
+  d.rms_px = best.rms_px;
+  d.share =
+      static_cast<double>(best.tracks.size()) / static_cast<double>(tracks.rays.front().size());
+  d.rotation_ratio = tracks.focal_px *
+                     rotation_only_residual(tracks.rays.front(), tracks.rays.back()) /
+                     std::max(best.rms_px, kNoiseFloor_px);
+  d.second_from_first = best.second_from_first;
+  d.ambiguity = 1e9;
+  for (const TwoViewSolution& other : answer.solutions) {
+    if (!differ(other.second_from_first, best.second_from_first)) continue;
+    d.ambiguity = std::min(d.ambiguity, other.cost / best.cost);
   }
-  std::stable_sort(solutions.begin(), solutions.end(),
-                   [](const Solution& a, const Solution& b) { return a.cost < b.cost; });
-  return solutions;
+  return d;
 }
 
-Initializer::Outcome Initializer::attempt(Time time, const ImagePyramid& pyramid) {
-  RaysPerView rays;
-  for (const size_t view : views_between()) rays.push_back(rays_at(view));
-  const std::vector<Solution> solutions = refined_candidates(rays);
-  if (solutions.empty()) return {std::nullopt, "no two-view motion explains the tracks"};
-  const Solution& best = solutions.front();
-  const double share =
-      static_cast<double>(best.tracks.size()) / static_cast<double>(tracks_.size());
-  if (best.parallax_deg < options_.init_min_parallax_deg) {
-    return {std::nullopt, format("parallax %.1f deg, need %.1f", best.parallax_deg,
-                                 options_.init_min_parallax_deg)};
+std::string Initializer::objection(const Diagnosis& d) const {
+  const bool wide = d.parallax_deg >= kWideGate.parallax_deg;
+  const Gate& gate = wide ? kWideGate : kNarrowGate;
+  if (d.parallax_deg < options_.init_min_parallax_deg) {
+    return format("parallax %.1f deg, need %.1f", d.parallax_deg, options_.init_min_parallax_deg);
   }
-  if (best.tracks.size() < static_cast<size_t>(options_.init_min_points) ||
-      share < kMinInlierShare) {
-    return {std::nullopt, format("%zu points (%.0f %% of the tracks) fit, need %d and %.0f %%",
-                                 best.tracks.size(), 100 * share, options_.init_min_points,
-                                 100 * kMinInlierShare)};
+  if (d.tracks < options_.init_min_points || d.share < kMinInlierShare) {
+    return format("%d points (%.0f %% of the tracks) fit, need %d and %.0f %%", d.tracks,
+                  100 * d.share, options_.init_min_points, 100 * kMinInlierShare);
   }
-  if (best.rms_px > options_.init_max_rms_px) {
-    return {std::nullopt,
-            format("reprojection error %.1f px, need %.1f", best.rms_px, options_.init_max_rms_px)};
+  if (d.rms_px > options_.init_max_rms_px) {
+    return format("reprojection error %.1f px, need %.1f", d.rms_px, options_.init_max_rms_px);
   }
-  const double rotation_px = camera_.fx_px * rotation_only_residual(rays.front(), rays.back());
-  if (rotation_px < kBeyondRotation * std::max(best.rms_px, 0.5)) {
-    return {std::nullopt, format("a pure rotation explains the tracks to %.1f px", rotation_px)};
+  if (d.rotation_ratio < gate.beyond_rotation) {
+    return format("a pure rotation explains the tracks to %.1f px",
+                  d.rotation_ratio * std::max(d.rms_px, kNoiseFloor_px));
   }
-  for (const Solution& other : solutions) {
-    if (other.differs_from(best) && other.cost < kUnambiguous * best.cost) {
-      return {std::nullopt, "two motions explain the tracks about equally well"};
-    }
+  if (d.ambiguity < gate.unambiguous) return "two motions explain the tracks about equally well";
+  if (d.stable_attempts < gate.stable_attempts) {
+    return format("parallax %.1f deg, and the motion found still changes", d.parallax_deg);
   }
-  return {make_map(best, time, pyramid), ""};
+  return "";
 }
 
-InitialMap Initializer::make_map(const Solution& solution, Time time,
-                                 const ImagePyramid& pyramid) const {
+Initializer::Outcome Initializer::apply(const Answer& answer) {
+  if (answer.attempt.reference != reference_count_ || tracks_.empty()) {
+    return {std::nullopt, "new reference image", std::nullopt};
+  }
+  Outcome outcome;
+  if (answer.solutions.empty()) {
+    outcome.reason = "no two-view motion explains the tracks";
+  } else {
+    outcome.diagnosis = diagnose(answer);
+    outcome.reason = objection(*outcome.diagnosis);
+    if (outcome.reason.empty()) outcome.map = make_map(answer.attempt, answer.solutions.front());
+  }
+  reason_ = outcome.reason;
+  return outcome;
+}
+
+InitialMap Initializer::make_map(const Attempt& attempt, const TwoViewSolution& solution) {
   std::vector<double> depths;
   for (const Vector3d& p : solution.points) depths.push_back(p.z());
   const double scale = 1 / median(std::move(depths));
   InitialMap map;
-  map.first = {reference_time_, reference_, Pose<Map, Cam>()};
+  map.first = attempt.first;
+  map.second = attempt.second;
   const Pose<Cam, Cam> motion = solution.second_from_first.inverse();
-  map.second = {time, pyramid, Pose<Map, Cam>(motion.rotation(), scale * motion.translation())};
+  map.second.map_from_cam = {motion.rotation(), scale * motion.translation()};
   for (size_t n = 0; n < solution.points.size(); ++n) {
     const Vector3d position = scale * solution.points[n];
     if (position.z() > kSaneDepth) continue;
-    const Track& track = tracks_[solution.tracks[n]];
-    map.points.push_back(
-        {track.corner, Vector2d(track.path.back().x, track.path.back().y), position});
+    const size_t track = solution.tracks[n];
+    map.points.push_back({attempt.corners[track], attempt.second_pixels[track], position});
   }
   return map;
-}
-
-Initializer::Outcome Initializer::feed(Time time, const ImagePyramid& pyramid) {
-  const size_t needed = static_cast<size_t>(options_.init_min_points);
-  if (tracks_.empty()) {
-    start_reference(time, pyramid);
-    return {std::nullopt, tracks_.size() < needed
-                              ? format("%zu corners, need %zu", tracks_.size(), needed)
-                              : "new reference image"};
-  }
-  follow(pyramid);
-  if (tracks_.size() < needed ||
-      static_cast<double>(tracks_.size()) < kMinAliveShare * static_cast<double>(started_with_) ||
-      tracks_.front().path.size() > kMaxImages) {
-    const std::string why =
-        format("%zu of %zu tracks left: new reference image", tracks_.size(), started_with_);
-    start_reference(time, pyramid);
-    return {std::nullopt, why};
-  }
-  const double flow_px = median_flow_px();
-  if (flow_px < kMinFlow_px || tracks_.front().path.size() < 4) {
-    return {std::nullopt, format("the image moved %.1f px, need %.0f", flow_px, kMinFlow_px)};
-  }
-  return attempt(time, pyramid);
 }
 
 }  // namespace foresight::slam

@@ -20,7 +20,15 @@ constexpr int kVerifyKeyframes = 10;  // looked at for a new point
 constexpr double kDuplicate_px = 5;
 constexpr double kOccupied_px = 9;
 constexpr int kSimilarViewDeg = 40;
+constexpr double kSameDirectionDeg = 15;  // for culling
 constexpr int kOlderKeyframeSearches = 3;
+constexpr size_t kKeptKeyframes = 6;   // fewer are never culled
+constexpr size_t kUnculledNewest = 3;  // nor are the newest
+constexpr int kCulledAtOnce = 2;
+constexpr double kCrowded = 0.5;       // of the wanted baseline, to another keyframe
+constexpr double kRedundant = 0.9;     // share of points that three others see
+constexpr size_t kYoungKeyframes = 8;  // up to so many the map counts as young
+constexpr double kYoungGrowth = 0.7;   // of its longest baseline, to the next keyframe
 
 double median(std::vector<double> values, double fallback) {
   if (values.empty()) return fallback;
@@ -55,6 +63,19 @@ std::vector<int32_t> first_few(std::vector<int32_t> ids, int count) {
   return ids;
 }
 
+// Largest angle between the first observer's ray and another's.
+double parallax_deg(const SlamMap& map, const Point& point) {
+  const auto ray_from = [&](const Observation& o) -> Vector3d {
+    return point.position_in_map - map.keyframe(o.keyframe_id)->map_from_cam.translation();
+  };
+  const Vector3d first = ray_from(point.observations.front());
+  double largest = 0;
+  for (const Observation& o : point.observations) {
+    largest = std::max(largest, angle_between(first, ray_from(o)));
+  }
+  return largest / kDegree;
+}
+
 double distance_in_depths(const SlamMap& map, const Pose<Map, Cam>& map_from_cam, double depth) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const auto& [id, k] : map.keyframes()) {
@@ -64,6 +85,28 @@ double distance_in_depths(const SlamMap& map, const Pose<Map, Cam>& map_from_cam
                        (k.map_from_cam.translation() - map_from_cam.translation()).norm() / depth);
   }
   return nearest;
+}
+
+bool stands_close(const SlamMap& map, const Keyframe& keyframe, double distance_in_depths) {
+  for (const auto& [id, other] : map.keyframes()) {
+    if (id == keyframe.id) continue;
+    const Pose<Cam, Cam> between = other.map_from_cam.inverse() * keyframe.map_from_cam;
+    if (between.translation().norm() < distance_in_depths * keyframe.median_depth &&
+        between.rotation().angularDistance(Eigen::Quaterniond::Identity()) <
+            kSameDirectionDeg * kDegree) {
+      return true;
+    }
+  }
+  return false;
+}
+
+double redundant_share(const SlamMap& map, const Keyframe& keyframe) {
+  if (keyframe.point_ids.empty()) return 1;
+  int redundant = 0;
+  for (const int32_t id : keyframe.point_ids) {
+    if (map.point(id)->observations.size() > 3) ++redundant;
+  }
+  return static_cast<double>(redundant) / static_cast<double>(keyframe.point_ids.size());
 }
 
 }  // namespace
@@ -107,7 +150,7 @@ bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt
   const Keyframe& reference = *map.keyframe(by_count(shared).front());
   const double depth =
       median_depth(map, tracking.map_from_cam, tracking.inliers, reference.median_depth);
-  if (distance_in_depths(map, tracking.map_from_cam, depth) > options_.keyframe_baseline)
+  if (distance_in_depths(map, tracking.map_from_cam, depth) > wanted_baseline(map, depth))
     return true;
   const PointFinder finder(camera_, map, reference.pyramid, tracking.map_from_cam);
   int visible = 0;
@@ -115,6 +158,17 @@ bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt
     if (finder.predict(*map.point(id))) ++visible;
   }
   return visible < options_.keyframe_min_overlap * static_cast<double>(reference.point_ids.size());
+}
+
+// A young map rests on a short baseline: it gets keyframes at shorter distances until it stands.
+double Mapper::wanted_baseline(const SlamMap& map, double depth) const {
+  if (map.keyframes().size() > kYoungKeyframes) return options_.keyframe_baseline;
+  const Eigen::Vector3d first = map.keyframes().begin()->second.map_from_cam.translation();
+  double longest = 0;
+  for (const auto& [id, k] : map.keyframes()) {
+    longest = std::max(longest, (k.map_from_cam.translation() - first).norm());
+  }
+  return std::min(options_.keyframe_baseline, kYoungGrowth * longest / depth);
 }
 
 int32_t Mapper::insert_keyframe(const Frame& frame, const TrackingAttempt& tracking, SlamMap* map) {
@@ -136,6 +190,7 @@ int32_t Mapper::insert_keyframe(const Frame& frame, const TrackingAttempt& track
     map->add_observation(m.point_id, m.observation);
   }
   review_points(map);
+  cull_keyframes(map);
   seeds_.prune(id - kSeedKeyframes);
   add_seeds(id, *map);
   search_older_keyframes(id, *map);
@@ -230,12 +285,52 @@ void Mapper::review_points(SlamMap* map) {
         ((age >= 2 && seen < 2) || (age >= 4 && seen < options_.point_confirm_keyframes));
     if (seen == 0 || (!p.confirmed && rarely_found) || unconfirmed) {
       bad.push_back(id);
-    } else if (!p.confirmed && seen >= options_.point_confirm_keyframes) {
+    } else if (!p.confirmed && seen >= options_.point_confirm_keyframes &&
+               parallax_deg(*map, p) >= options_.point_min_parallax_deg) {
       good.push_back(id);
     }
   }
   for (const int32_t id : bad) map->remove_point(id);
   for (const int32_t id : good) map->confirm_point(id);
+}
+
+void Mapper::cull_keyframes(SlamMap* map) {
+  std::vector<int32_t> ids;
+  for (const auto& [id, k] : map->keyframes()) ids.push_back(id);
+  if (ids.size() < kKeptKeyframes) return;
+  ids.resize(ids.size() - kUnculledNewest);
+  ids.erase(ids.begin());  // it holds the map's place
+  int removed = 0;
+  for (const int32_t id : ids) {
+    if (removed == kCulledAtOnce) break;
+    const Keyframe& keyframe = *map->keyframe(id);
+    if (!stands_close(*map, keyframe, kCrowded * options_.keyframe_baseline)) continue;
+    if (redundant_share(*map, keyframe) < kRedundant) continue;
+    remove_keyframe(id, map);
+    ++removed;
+  }
+}
+
+// Points whose patch comes from it take one from another observer.
+void Mapper::remove_keyframe(int32_t id, SlamMap* map) {
+  std::vector<int32_t> orphans;
+  for (const int32_t point_id : map->keyframe(id)->point_ids) {
+    if (map->point(point_id)->source.keyframe_id == id) orphans.push_back(point_id);
+  }
+  for (const int32_t point_id : orphans) {
+    std::optional<Corner> corner;
+    for (const Observation& o : map->point(point_id)->observations) {
+      if (o.keyframe_id == id || corner) continue;
+      corner = make_corner(camera_, o.keyframe_id, {o.pixel, o.level});
+    }
+    if (corner) {
+      map->set_source(point_id, *corner);
+    } else {
+      map->remove_point(point_id);
+    }
+  }
+  seeds_.forget_keyframe(id);
+  map->remove_keyframe(id);
 }
 
 std::vector<int32_t> Mapper::bundle_window(const SlamMap& map) const {

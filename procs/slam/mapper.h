@@ -44,6 +44,10 @@ class Mapper {
   void make_points(SlamMap* map);
   void make_point(const Seed& seed, SlamMap* map);
   void review_points(SlamMap* map);
+  /// Removes keyframes that stand too close to another and whose points others see as well.
+  void cull_keyframes(SlamMap* map);
+  void remove_keyframe(int32_t id, SlamMap* map);
+  double wanted_baseline(const SlamMap& map, double depth) const;
   /// Points that were not in the problem move with their source keyframe.
   static void carry_other_points(const BundleSolution& solution,
                                  const std::map<int32_t, Pose<Map, Map>>& moved, SlamMap* map);

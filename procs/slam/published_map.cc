@@ -38,6 +38,12 @@ MapDelta PublishedMap::take(SlamMap* map) {
 void PublishedMap::take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta) {
   const Keyframe* keyframe = map.keyframe(id);
   const auto sent = keyframes_.find(id);
+  if (keyframe == nullptr) {
+    if (sent == keyframes_.end()) return;
+    delta->keyframes_removed.push_back(id);
+    keyframes_.erase(sent);
+    return;
+  }
   if (sent != keyframes_.end()) {
     const Pose<Map, Cam>& old = sent->second.map_from_cam;
     const Pose<Map, Cam>& now = keyframe->map_from_cam;

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <opencv2/core.hpp>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "procs/slam/bundle_adjustment.h"
@@ -22,12 +23,15 @@ using slam::TrackingAttempt;
 
 struct MappingJob::Data {
   int epoch = 0;
+  std::variant<slam::BundleProblem, slam::Initializer::Attempt> work;
+};
+struct AdjustedBundle {
   slam::BundleProblem problem;
+  slam::BundleSolution solution;
 };
 struct MappingResult::Data {
   int epoch = 0;
-  slam::BundleProblem problem;
-  slam::BundleSolution solution;
+  std::variant<AdjustedBundle, slam::Initializer::Answer> result;
 };
 MappingJob::MappingJob(std::unique_ptr<Data> job_data) : data(std::move(job_data)) {}
 MappingJob::MappingJob(MappingJob&&) noexcept = default;
@@ -62,6 +66,7 @@ class Slam::Impl {
  private:
   std::string reject(Time time, const GrayImageView& image) const;
   void initialise(const Frame& frame, TrackingResult* result);
+  void begin(const slam::InitialMap& initial);
   void follow(const Frame& frame, TrackingResult* result);
   void search_again(const Frame& frame, TrackingResult* result);
   bool good_enough(const TrackingAttempt& attempt) const;
@@ -135,23 +140,20 @@ TrackingResult Slam::Impl::track(Time time, const GrayImageView& image) {
 }
 
 void Slam::Impl::initialise(const Frame& frame, TrackingResult* result) {
-  slam::Initializer::Outcome outcome = initializer_.feed(frame.time, frame.pyramid);
-  result->reason = outcome.reason;
-  if (!reset_reason_.empty()) result->reason = reset_reason_ + "; " + outcome.reason;
-  if (!outcome.map) return;
+  result->reason = initializer_.feed(frame.time, frame.pyramid);
+  if (!reset_reason_.empty()) result->reason = reset_reason_ + "; " + result->reason;
+}
+
+void Slam::Impl::begin(const slam::InitialMap& initial) {
   reset_reason_.clear();
-  mapper_.begin(*outcome.map, &map_);
+  mapper_.begin(initial, &map_);
   initializer_.restart();
   bundle_wanted_ = true;
   motion_.forget();
-  motion_.update(frame.time, frame.thumbnail, outcome.map->second.map_from_cam);
+  motion_.update(initial.second.time, slam::make_thumbnail(initial.second.pyramid),
+                 initial.second.map_from_cam);
   state_ = TrackingState::kTracking;
   good_frames_ = 1;
-  result->reason.clear();
-  result->map_from_cam = outcome.map->second.map_from_cam;
-  result->quality = 1;
-  result->points_predicted = result->points_found = static_cast<int>(outcome.map->points.size());
-  result->is_keyframe = true;
 }
 
 bool Slam::Impl::good_enough(const TrackingAttempt& attempt) const {
@@ -279,17 +281,29 @@ void Slam::Impl::reset(const std::string& reason) {
 }
 
 std::optional<MappingJob> Slam::Impl::take_job() {
-  if (!bundle_wanted_ || map_.empty()) return std::nullopt;
-  bundle_wanted_ = false;
   auto data = std::make_unique<MappingJob::Data>();
   data->epoch = epoch_;
-  data->problem = mapper_.bundle_problem(map_);
+  if (state_ == TrackingState::kInitialising) {
+    std::optional<slam::Initializer::Attempt> attempt = initializer_.take_attempt();
+    if (!attempt) return std::nullopt;
+    data->work = std::move(*attempt);
+    return MappingJob(std::move(data));
+  }
+  if (!bundle_wanted_ || map_.empty()) return std::nullopt;
+  bundle_wanted_ = false;
+  data->work = mapper_.bundle_problem(map_);
   return MappingJob(std::move(data));
 }
 
 void Slam::Impl::apply(MappingResult result) {
   if (result.data == nullptr || result.data->epoch != epoch_) return;
-  motion_.correct(mapper_.apply(result.data->problem, result.data->solution, &map_));
+  if (const auto* adjusted = std::get_if<AdjustedBundle>(&result.data->result)) {
+    motion_.correct(mapper_.apply(adjusted->problem, adjusted->solution, &map_));
+  } else if (state_ == TrackingState::kInitialising) {
+    const auto outcome =
+        initializer_.apply(std::get<slam::Initializer::Answer>(result.data->result));
+    if (outcome.map) begin(*outcome.map);
+  }
 }
 
 SlamStatistics Slam::Impl::statistics() const {
@@ -322,8 +336,13 @@ SlamStatistics Slam::statistics() const { return impl_->statistics(); }
 MappingResult Slam::run(MappingJob job) {
   auto data = std::make_unique<MappingResult::Data>();
   data->epoch = job.data->epoch;
-  data->problem = std::move(job.data->problem);
-  data->solution = slam::adjust_bundle(data->problem);
+  if (auto* problem = std::get_if<slam::BundleProblem>(&job.data->work)) {
+    slam::BundleSolution solution = slam::adjust_bundle(*problem);
+    data->result = AdjustedBundle{std::move(*problem), std::move(solution)};
+  } else {
+    auto& attempt = std::get<slam::Initializer::Attempt>(job.data->work);
+    data->result = slam::Initializer::run(std::move(attempt));
+  }
   return MappingResult(std::move(data));
 }
 

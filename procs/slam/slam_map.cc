@@ -66,6 +66,21 @@ void SlamMap::remove_point(int32_t id) {
   touched_.points.insert(id);
 }
 
+void SlamMap::remove_keyframe(int32_t id) {
+  const std::set<int32_t> point_ids = keyframes_.at(id).point_ids;
+  for (const int32_t point_id : point_ids) {
+    FORESIGHT_CHECK(point_ref(point_id).source.keyframe_id != id);
+    remove_observation(point_id, id);
+  }
+  keyframes_.erase(id);
+  touched_.keyframes.insert(id);
+}
+
+void SlamMap::set_source(int32_t point_id, const Corner& source) {
+  FORESIGHT_CHECK(keyframes_.contains(source.keyframe_id));
+  point_ref(point_id).source = source;
+}
+
 void SlamMap::move_keyframe(int32_t id, const Pose<Map, Cam>& map_from_cam) {
   keyframes_.at(id).map_from_cam = map_from_cam;
   touched_.keyframes.insert(id);

@@ -70,6 +70,9 @@ class SlamMap {
   int32_t add_keyframe(Keyframe keyframe);  // gives it the next id
   int32_t add_point(const Eigen::Vector3d& position_in_map, const Corner& source);
   void remove_point(int32_t id);
+  /// With its observations; no point may have it as its source.
+  void remove_keyframe(int32_t id);
+  void set_source(int32_t point_id, const Corner& source);
   void move_keyframe(int32_t id, const Pose<Map, Cam>& map_from_cam);
   void move_point(int32_t id, const Eigen::Vector3d& position_in_map);
   void set_median_depth(int32_t keyframe_id, double depth);

@@ -16,6 +16,12 @@ std::vector<Pose<Cam, Cam>> candidate_motions(const std::vector<Eigen::Vector2d>
                                               const std::vector<Eigen::Vector2d>& second,
                                               double noise);
 
+/// The same for a motion so small that RANSAC on minimal sets is at the mercy of noise: after the
+/// best rotation, all directions of translation are scanned by the flow that is left. The best
+/// local minima, at most 4, the best first; to be refined.
+std::vector<Pose<Cam, Cam>> small_motions(const std::vector<Eigen::Vector2d>& first,
+                                          const std::vector<Eigen::Vector2d>& second, double noise);
+
 /// Midpoint of the two rays, in the first camera; empty if behind a camera or the rays are
 /// parallel.
 std::optional<Eigen::Vector3d> triangulate(const Pose<Cam, Cam>& second_from_first,

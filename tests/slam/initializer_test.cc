@@ -16,7 +16,16 @@ class InitializerTest : public testing::Test {
     Initializer::Outcome outcome;
     for (int i = 0; i < count && !outcome.map; ++i) {
       const cv::Mat image = scene_.render(camera_, pose_at(i));
-      outcome = initializer_.feed(Time{} + milliseconds(33 * i), build_pyramid(view_of(image)));
+      outcome = answer(Time{} + milliseconds(33 * i), image);
+    }
+    return outcome;
+  }
+
+  Initializer::Outcome answer(Time time, const cv::Mat& image) {
+    Initializer::Outcome outcome;
+    outcome.reason = initializer_.feed(time, build_pyramid(view_of(image)));
+    if (auto attempt = initializer_.take_attempt()) {
+      outcome = initializer_.apply(Initializer::run(std::move(*attempt)));
     }
     return outcome;
   }
@@ -62,7 +71,7 @@ TEST_F(InitializerTest, BuildsTheTrueSceneFromABaseline) {
 
 TEST_F(InitializerTest, SaysThatABlankImageHasNoCorners) {
   const cv::Mat blank(480, 640, CV_8UC1, cv::Scalar::all(70));
-  const auto outcome = initializer_.feed(Time{}, build_pyramid(view_of(blank)));
+  const auto outcome = answer(Time{}, blank);
   EXPECT_FALSE(outcome.map);
   EXPECT_EQ(outcome.reason, "0 corners, need 80");
 }

@@ -18,7 +18,7 @@ TEST(SlamSequence, TracksARealKitchen) {
     GTEST_SKIP() << folder << " is missing: set FORESIGHT_DATA to the folder with the sequences";
   }
   EvaluationRange range;
-  range.frames = 200;
+  range.play.frames = 200;
   const Evaluation e = evaluate(load_sequence(folder), SlamOptions{}, range);
   EXPECT_GE(e.tracked_fraction, 0.75);  // the first second has no parallax
   EXPECT_LT(e.ate_rmse_m, 0.02);
