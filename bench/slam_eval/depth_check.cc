@@ -67,7 +67,7 @@ DepthCheck summarise(const std::vector<Compared>& compared) {
   if (compared.empty()) return check;
   std::vector<double> ratios, errors;
   for (const Compared& c : compared) ratios.push_back(median(c.measured_m) / c.depth_mu);
-  const double scale = median(ratios);
+  const double scale = check.metres_per_mu = median(ratios);
   for (const Compared& c : compared) {
     const double error = relative_error(c, scale);
     if (std::abs(error) < 0.05) ++check.within_5_percent;

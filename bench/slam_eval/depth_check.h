@@ -18,6 +18,7 @@ struct DepthCheck {
   double within_10_percent = 0;
   double in_front_10_percent = 0;   // share: floats in free space; ruins a carved model
   double median_error_percent = 0;  // absolute, of depth
+  double metres_per_mu = 0;
 };
 
 /// Needs depth images that are registered to the colour images (Sequence::depth_scale > 0).

@@ -100,6 +100,21 @@ std::map<Time, Pose<Map, Cam>> live_poses(const Evaluation& e, int epoch) {
   return poses;
 }
 
+void compare_transfer(const Sequence& sequence, const std::map<Time, Pose<Map, Cam>>& poses,
+                      Evaluation* e) {
+  const Similarity<World, Map> metric(e->depth.metres_per_mu, Eigen::Quaterniond::Identity(),
+                                      Eigen::Vector3d::Zero());
+  const auto estimate = [&](Time time) -> std::optional<Pose<World, Cam>> {
+    const auto it = poses.lower_bound(time - milliseconds(5));
+    if (it == poses.end() || it->first - time > milliseconds(20)) return std::nullopt;
+    return metric * it->second;
+  };
+  const auto truth = [&](Time time) { return sequence.truth_at(time); };
+  const auto results = transfer_through_depth(sequence, milliseconds(500), {estimate, truth});
+  e->transfer = results[0];
+  e->truth_transfer = results[1];
+}
+
 double median_over(const std::vector<Evaluation>& runs, double Evaluation::*member) {
   std::vector<double> values;
   for (const Evaluation& e : runs) values.push_back(e.*member);
@@ -163,7 +178,9 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   const MapDelta snapshot = slam.snapshot();
   e.hash = hash_of(e.answers, snapshot);
   if (sequence.depth_scale > 0) {
-    e.depth = check_depth(sequence, snapshot, keyframe_times, live_poses(e, slam.epoch()));
+    const std::map<Time, Pose<Map, Cam>> poses = live_poses(e, slam.epoch());
+    e.depth = check_depth(sequence, snapshot, keyframe_times, poses);
+    compare_transfer(sequence, poses, &e);
   }
   return e;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bench/slam_eval/depth_check.h"
+#include "bench/slam_eval/depth_transfer.h"
 #include "bench/slam_eval/playlist.h"
 #include "bench/slam_eval/sequence.h"
 #include "common/frames.h"
@@ -57,6 +58,8 @@ struct Evaluation {
   SlamStatistics statistics;
   Recovery recovery;
   DepthCheck depth;
+  /// Of our live poses, and of the truth itself, over half a second (depth_transfer.h).
+  DepthTransfer transfer, truth_transfer;
   double peak_mb = 0;
   uint64_t hash = 0;  // of all poses and of the final map: equal bytes, equal hash
   std::vector<Eigen::Vector3d> truth_path, estimated_path;  // aligned, m

@@ -77,6 +77,14 @@ void print(const Evaluation& e) {
       "%.1f %% float more than 10 %% in front\n",
       e.depth.compared, e.depth.median_error_percent, 100 * e.depth.within_5_percent,
       100 * e.depth.within_10_percent, 100 * e.depth.in_front_10_percent);
+  if (e.transfer.pairs == 0) return;
+  std::printf("  over 0.5 s, against the pose that fits %d depth images best:\n", e.transfer.pairs);
+  const auto print_transfer = [](const char* whose, const DepthTransfer& t) {
+    std::printf("    %s: %.2f px, %.1f mm, %.2f deg\n", whose, t.px, 1e3 * t.from_fit_m,
+                t.from_fit_deg);
+  };
+  print_transfer("ours", e.transfer);
+  print_transfer("the truth", e.truth_transfer);
 }
 
 void write_json(const std::vector<Evaluation>& evaluations, const std::string& path) {
@@ -120,6 +128,10 @@ void write_json(const std::vector<Evaluation>& evaluations, const std::string& p
     add("depth_within_5_percent", e.depth.within_5_percent);
     add("depth_within_10_percent", e.depth.within_10_percent);
     add("depth_in_front_10_percent", e.depth.in_front_10_percent);
+    add("transfer_px", e.transfer.px);
+    add("truth_transfer_px", e.truth_transfer.px);
+    add("transfer_from_fit_m", e.transfer.from_fit_m);
+    add("truth_transfer_from_fit_m", e.truth_transfer.from_fit_m);
     add("peak_mb", e.peak_mb);
     file << "}" << (i + 1 < evaluations.size() ? ",\n" : "\n");
   }

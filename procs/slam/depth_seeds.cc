@@ -101,18 +101,22 @@ bool fit_seed(Seed* seed) {
 DepthSeeds::DepthSeeds(const CameraModel& camera, const SlamOptions& options)
     : camera_(camera), options_(options) {}
 
-void DepthSeeds::add(const Corner& corner, double likely_depth) {
+namespace {
+
+Seed new_seed(const Corner& corner, double likely_depth) {
   Seed seed;
   seed.corner = corner;
   seed.inverse_depth = 1 / likely_depth;
   seed.low = 1 / (kFarthest * likely_depth);
   seed.high = 1 / (kNearest * likely_depth);
-  seeds_.push_back(std::move(seed));
+  return seed;
 }
 
-DepthSeeds::Sight DepthSeeds::search_one(Seed* seed, const SlamMap& map,
-                                         const ImagePyramid& pyramid,
-                                         const Pose<Cam, Cam>& view_from_source) const {
+enum class Sight { kSkipped, kMissed, kSeen };
+
+// Looks for a seed in one image.
+Sight search_one(const CameraModel& camera, double min_zncc, const ImagePyramid& source,
+                 const ImagePyramid& pyramid, const Pose<Cam, Cam>& view_from_source, Seed* seed) {
   const Vector3d center = center_in_source(view_from_source);
   double nearest_sighting = center.norm();
   for (const SeedSighting& s : seed->sightings) {
@@ -121,32 +125,59 @@ DepthSeeds::Sight DepthSeeds::search_one(Seed* seed, const SlamMap& map,
   }
   if (nearest_sighting * seed->inverse_depth < kMinBaselineStep) return Sight::kSkipped;
   const Corner& corner = seed->corner;
-  const auto view = view_corner(camera_, corner, 1 / seed->inverse_depth, view_from_source);
+  const auto view = view_corner(camera, corner, 1 / seed->inverse_depth, view_from_source);
   if (!view) return Sight::kSkipped;
   const auto place = [&](double inverse_depth) -> Vector2d {
     const Vector3d p =
         view_from_source.rotation() * corner.ray + inverse_depth * view_from_source.translation();
-    const bool usable = p.z() > 0.05 && (p.head<2>() / p.z()).norm() < camera_.max_radius;
-    return level_from_image(usable ? camera_.project(p) : view->pixel, view->level);
+    const bool usable = p.z() > 0.05 && (p.head<2>() / p.z()).norm() < camera.max_radius;
+    return level_from_image(usable ? camera.project(p) : view->pixel, view->level);
   };
   const Vector2d a = place(seed->low), b = place(seed->high);
   if ((a - b).norm() > kMaxSegment_px) return Sight::kSkipped;
   Patch patch;
-  if (!warp_patch(
-          map.keyframe(corner.keyframe_id)->pyramid.levels[static_cast<size_t>(corner.level)],
-          level_from_image(corner.pixel, corner.level), view->source_from_patch, &patch)) {
+  if (!warp_patch(source.levels[static_cast<size_t>(corner.level)],
+                  level_from_image(corner.pixel, corner.level), view->source_from_patch, &patch)) {
     return Sight::kSkipped;
   }
   const cv::Mat& image = pyramid.levels[static_cast<size_t>(view->level)];
   const PatchMatch coarse = search_patch(image, patch, a, b, kLineMargin_px, Ambiguity::kMeasure);
-  if (coarse.zncc < options_.min_zncc) return Sight::kMissed;
+  if (coarse.zncc < min_zncc) return Sight::kMissed;
   if (coarse.second_zncc > kUnique * coarse.zncc) return Sight::kMissed;
   const auto fine = align_patch(image, patch, coarse.center);
-  if (!fine || fine->zncc < options_.min_zncc + 0.05) return Sight::kMissed;
-  const Vector2d xy = camera_.unproject(image_from_level(fine->center, view->level));
+  if (!fine || fine->zncc < min_zncc + 0.05) return Sight::kMissed;
+  const Vector2d xy = camera.unproject(image_from_level(fine->center, view->level));
   if (seed->sightings.size() == kMaxSightings) seed->sightings.erase(seed->sightings.begin() + 1);
-  seed->sightings.push_back({view_from_source, xy, camera_.fx_px / level_scale(view->level)});
+  seed->sightings.push_back({view_from_source, xy, camera.fx_px / level_scale(view->level)});
   return Sight::kSeen;
+}
+
+}  // namespace
+
+std::vector<Seed> find_seeds(const CameraModel& camera, const SlamOptions& options,
+                             SeedSearch search) {
+  std::vector<Seed> seeds;
+  const ImagePyramid& source = search.keyframe.pyramid;
+  for (const DetectedCorner& c :
+       detect_corners(source, options.seeds_per_keyframe, &search.occupied)) {
+    if (const auto corner = make_corner(camera, search.keyframe_id, c)) {
+      seeds.push_back(new_seed(*corner, search.median_depth));
+    }
+  }
+  for (const SeedSearch::View& other : search.others) {
+    const Pose<Cam, Cam> view_from_source =
+        other.map_from_cam.inverse() * search.keyframe.map_from_cam;
+    for (Seed& seed : seeds) {
+      const Sight sight =
+          search_one(camera, options.min_zncc, source, other.pyramid, view_from_source, &seed);
+      if (sight == Sight::kSeen && !fit_seed(&seed)) seed.misses += 4;
+    }
+  }
+  return seeds;
+}
+
+void DepthSeeds::add(std::vector<Seed> seeds) {
+  for (Seed& seed : seeds) seeds_.push_back(std::move(seed));
 }
 
 void DepthSeeds::search(const SlamMap& map, const ImagePyramid& pyramid,
@@ -156,24 +187,13 @@ void DepthSeeds::search(const SlamMap& map, const ImagePyramid& pyramid,
   for (size_t visited = 0; visited < seeds_.size() && searches < max_searches; ++visited) {
     next_ = next_ + 1 < seeds_.size() ? next_ + 1 : 0;
     Seed& seed = seeds_[next_];
-    const Pose<Cam, Cam> view_from_source =
-        cam_from_map * map.keyframe(seed.corner.keyframe_id)->map_from_cam;
-    const Sight sight = search_one(&seed, map, pyramid, view_from_source);
+    const Keyframe& source = *map.keyframe(seed.corner.keyframe_id);
+    const Sight sight = search_one(camera_, options_.min_zncc, source.pyramid, pyramid,
+                                   cam_from_map * source.map_from_cam, &seed);
     if (sight == Sight::kSkipped) continue;
     ++searches;
     const bool good = sight == Sight::kSeen && fit_seed(&seed);
     seed.misses = good ? 0 : seed.misses + (sight == Sight::kSeen ? 4 : 1);
-  }
-}
-
-void DepthSeeds::search_from(int32_t keyframe_id, const SlamMap& map, const ImagePyramid& pyramid,
-                             const Pose<Map, Cam>& map_from_cam) {
-  const Pose<Cam, Cam> view_from_source =
-      map_from_cam.inverse() * map.keyframe(keyframe_id)->map_from_cam;
-  for (Seed& seed : seeds_) {
-    if (seed.corner.keyframe_id != keyframe_id) continue;
-    if (search_one(&seed, map, pyramid, view_from_source) != Sight::kSeen) continue;
-    if (!fit_seed(&seed)) seed.misses += 4;
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "common/camera_model.h"
 #include "common/frames.h"
+#include "procs/slam/corner_detector.h"
 #include "procs/slam/slam_map.h"
 #include "procs/slam/slam_options.h"
 
@@ -36,17 +37,31 @@ struct Seed {
 /// others. False if they cannot agree.
 bool fit_seed(Seed* seed);
 
+/// The first look of a new keyframe: its corners, searched at once in keyframes that see the same.
+/// Work for the worker: it owns what it needs (images are shared and never change).
+struct SeedSearch {
+  struct View {
+    ImagePyramid pyramid;
+    Pose<Map, Cam> map_from_cam;
+  };
+  int32_t keyframe_id = 0;
+  View keyframe;
+  double median_depth = 1;
+  OccupancyMask occupied;  // where there are points or seeds already
+  std::vector<View> others;
+};
+/// Pure; about 10 ms.
+std::vector<Seed> find_seeds(const CameraModel& camera, const SlamOptions& options,
+                             SeedSearch search);
+
 class DepthSeeds {
  public:
   DepthSeeds(const CameraModel& camera, const SlamOptions& options);
 
-  void add(const Corner& corner, double likely_depth);
+  void add(std::vector<Seed> seeds);
   /// Searches at most `max_searches` seeds in an image, continuing where the last call stopped.
   void search(const SlamMap& map, const ImagePyramid& pyramid, const Pose<Map, Cam>& map_from_cam,
               int max_searches);
-  /// Searches the seeds of one keyframe in an image (an older keyframe's).
-  void search_from(int32_t keyframe_id, const SlamMap& map, const ImagePyramid& pyramid,
-                   const Pose<Map, Cam>& map_from_cam);
   std::vector<Seed> take_mature();
   /// Gives up seeds that keep missing and those of keyframes before `oldest_keyframe_id`.
   void prune(int32_t oldest_keyframe_id);
@@ -55,10 +70,6 @@ class DepthSeeds {
   void clear() { seeds_.clear(); }
 
  private:
-  enum class Sight { kSkipped, kMissed, kSeen };
-  Sight search_one(Seed* seed, const SlamMap& map, const ImagePyramid& pyramid,
-                   const Pose<Cam, Cam>& view_from_source) const;
-
   CameraModel camera_;
   SlamOptions options_;
   std::vector<Seed> seeds_;

@@ -26,9 +26,9 @@ struct Gate {
   double unambiguous;      // cost of the next best different motion / of the best
   int stable_attempts;     // in a row that found the same motion
 };
-constexpr Gate kWideGate = {1.2, 2.0, 1.25, 1};
-constexpr Gate kNarrowGate = {0, 2.5, 1.4, 2};  // its parallax is an option
-constexpr double kNoiseFloor_px = 0.5;          // in the ratio to a rotation's residual
+constexpr Gate kWideGate = {1.2, 3.3, 1.25, 1};
+constexpr Gate kNarrowGate = {0, 3.0, 1.4, 2};  // its parallax is an option
+constexpr double kNoiseFloor_px = 0.3;          // in the ratio to a rotation's residual
 constexpr double kStableAngle = 20 * kDegree;   // between the ways to the second camera
 constexpr size_t kHypotheses = 3;               // tried again at the next image
 constexpr double kSaneDepth = 50;               // times the median

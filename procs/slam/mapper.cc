@@ -21,9 +21,9 @@ constexpr double kDuplicate_px = 5;
 constexpr double kOccupied_px = 9;
 constexpr int kSimilarViewDeg = 40;
 constexpr double kSameDirectionDeg = 15;  // for culling
-constexpr int kOlderKeyframeSearches = 3;
-constexpr size_t kKeptKeyframes = 6;   // fewer are never culled
-constexpr size_t kUnculledNewest = 3;  // nor are the newest
+constexpr int kSeedViews = 3;             // keyframes in which new seeds are searched at once
+constexpr size_t kKeptKeyframes = 6;      // fewer are never culled
+constexpr size_t kUnculledNewest = 3;     // nor are the newest
 constexpr int kCulledAtOnce = 2;
 constexpr double kCrowded = 0.5;       // of the wanted baseline, to another keyframe
 constexpr double kRedundant = 0.9;     // share of points that three others see
@@ -131,12 +131,7 @@ void Mapper::begin(const InitialMap& initial, SlamMap* map) {
     const int32_t id = map->add_point(p.position_in_map, *corner);
     map->add_observation(id, {1, 0, p.second_pixel, camera_.unproject(p.second_pixel)});
   }
-  add_seeds(0, *map);
-  add_seeds(1, *map);
-  search_older_keyframes(1, *map);
-  const Keyframe& second = map->newest_keyframe();
-  seeds_.search_from(0, *map, second.pyramid, second.map_from_cam);
-  make_points(map);
+  unseeded_ = {0, 1};
 }
 
 bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt& tracking) const {
@@ -192,9 +187,7 @@ int32_t Mapper::insert_keyframe(const Frame& frame, const TrackingAttempt& track
   review_points(map);
   cull_keyframes(map);
   seeds_.prune(id - kSeedKeyframes);
-  add_seeds(id, *map);
-  search_older_keyframes(id, *map);
-  make_points(map);
+  unseeded_.push_back(id);
   return id;
 }
 
@@ -204,7 +197,16 @@ void Mapper::grow(const Frame& frame, const Pose<Map, Cam>& map_from_cam, SlamMa
   seeds_.prune(map->newest_keyframe().id - kSeedKeyframes);
 }
 
-void Mapper::add_seeds(int32_t keyframe_id, const SlamMap& map) {
+std::optional<SeedSearch> Mapper::take_seed_search(const SlamMap& map) {
+  while (!unseeded_.empty()) {
+    const int32_t id = unseeded_.front();
+    unseeded_.pop_front();
+    if (map.keyframe(id) != nullptr) return seed_search(id, map);
+  }
+  return std::nullopt;
+}
+
+SeedSearch Mapper::seed_search(int32_t keyframe_id, const SlamMap& map) const {
   const Keyframe& keyframe = *map.keyframe(keyframe_id);
   OccupancyMask mask(camera_.width_px, camera_.height_px);
   const PointFinder finder(camera_, map, keyframe.pyramid, keyframe.map_from_cam);
@@ -217,54 +219,68 @@ void Mapper::add_seeds(int32_t keyframe_id, const SlamMap& map) {
                                   finder.view_from_keyframe(seed.corner.keyframe_id));
     if (view && seed.sightings.size() > 1) mask.add(view->pixel, kOccupied_px);
   }
-  for (const DetectedCorner& c :
-       detect_corners(keyframe.pyramid, options_.seeds_per_keyframe, &mask)) {
-    if (const auto corner = make_corner(camera_, keyframe_id, c)) {
-      seeds_.add(*corner, keyframe.median_depth);
-    }
-  }
-}
-
-void Mapper::search_older_keyframes(int32_t keyframe_id, const SlamMap& map) {
-  const Keyframe& keyframe = *map.keyframe(keyframe_id);
+  SeedSearch search{keyframe_id,
+                    {keyframe.pyramid, keyframe.map_from_cam},
+                    keyframe.median_depth,
+                    std::move(mask),
+                    {}};
   std::map<int32_t, int> shared = shared_point_counts(map, keyframe.point_ids);
   shared.erase(keyframe_id);
-  for (const int32_t id : first_few(by_count(shared), kOlderKeyframeSearches)) {
-    const Keyframe& older = *map.keyframe(id);
-    seeds_.search_from(keyframe_id, map, older.pyramid, older.map_from_cam);
+  for (const int32_t id : first_few(by_count(shared), kSeedViews)) {
+    search.others.push_back({map.keyframe(id)->pyramid, map.keyframe(id)->map_from_cam});
   }
+  return search;
+}
+
+void Mapper::add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map) {
+  if (map->keyframe(keyframe_id) == nullptr) return;  // culled meanwhile
+  seeds_.add(std::move(seeds));
+  make_points(map);
 }
 
 void Mapper::make_points(SlamMap* map) {
-  for (const Seed& seed : seeds_.take_mature()) make_point(seed, map);
+  std::map<int32_t, SourceView> sources;
+  for (const Seed& seed : seeds_.take_mature()) {
+    const int32_t id = seed.corner.keyframe_id;
+    auto it = sources.find(id);
+    if (it == sources.end()) it = sources.emplace(id, source_view(*map, id)).first;
+    make_point(seed, &it->second, map);
+  }
 }
 
-void Mapper::make_point(const Seed& seed, SlamMap* map) {
-  const Keyframe& source = *map->keyframe(seed.corner.keyframe_id);
+// What new points of one keyframe need to know of it.
+Mapper::SourceView Mapper::source_view(const SlamMap& map, int32_t keyframe_id) const {
+  SourceView view{{}, OccupancyMask(camera_.width_px, camera_.height_px)};
+  const Keyframe& source = *map.keyframe(keyframe_id);
   for (const int32_t id : source.point_ids) {
-    for (const Observation& o : map->point(id)->observations) {
-      if (o.keyframe_id == source.id && (o.pixel - seed.corner.pixel).norm() < kDuplicate_px) {
-        return;
-      }
-    }
+    view.occupied.add(map.point(id)->observation_in(keyframe_id)->pixel, kDuplicate_px);
   }
+  std::map<int32_t, int> shared = shared_point_counts(map, source.point_ids);
+  shared.erase(keyframe_id);
+  for (const int32_t id : first_few(by_count(shared), kVerifyKeyframes)) {
+    const Keyframe& other = *map.keyframe(id);
+    view.neighbours.emplace_back(id, PointFinder(camera_, map, other.pyramid, other.map_from_cam));
+  }
+  return view;
+}
+
+void Mapper::make_point(const Seed& seed, SourceView* view, SlamMap* map) {
+  if (view->occupied.contains(seed.corner.pixel)) return;
+  view->occupied.add(seed.corner.pixel, kDuplicate_px);
+  const Keyframe& source = *map->keyframe(seed.corner.keyframe_id);
   const Vector3d position = source.map_from_cam * (seed.corner.ray / seed.inverse_depth);
   const int32_t point_id = map->add_point(position, seed.corner);
-  std::map<int32_t, int> neighbours = shared_point_counts(*map, source.point_ids);
-  neighbours.erase(source.id);
   PointSearch search;
   search.min_zncc = options_.min_zncc;
-  for (const int32_t id : first_few(by_count(neighbours), kVerifyKeyframes)) {
-    const Keyframe& other = *map->keyframe(id);
-    const PointFinder finder(camera_, *map, other.pyramid, other.map_from_cam);
+  for (const auto& [id, finder] : view->neighbours) {
     const Point& point = *map->point(point_id);
-    const auto view = finder.predict(point);
-    if (!view) continue;
-    const auto match = finder.find(point, *view, search);
+    const auto predicted = finder.predict(point);
+    if (!predicted) continue;
+    const auto match = finder.find(point, *predicted, search);
     if (!match) continue;
     Observation observation = match->observation;
     const double error_px =
-        (observation.pixel - view->pixel).norm() / level_scale(observation.level);
+        (observation.pixel - predicted->pixel).norm() / level_scale(observation.level);
     if (error_px > options_.max_reprojection_error_px) continue;
     observation.keyframe_id = id;
     map->add_observation(point_id, observation);

@@ -3,7 +3,10 @@
 // newest keyframe.
 #pragma once
 
+#include <deque>
 #include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "procs/slam/bundle_adjustment.h"
@@ -33,16 +36,25 @@ class Mapper {
   /// Every placed image: searches seeds and turns mature ones into points.
   void grow(const Frame& frame, const Pose<Map, Cam>& map_from_cam, SlamMap* map);
 
+  /// Work on a new keyframe, if there is some, for find_seeds().
+  std::optional<SeedSearch> take_seed_search(const SlamMap& map);
+  void add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map);
+
   BundleProblem bundle_problem(const SlamMap& map) const;
   /// Returns how the map moved around the newest adjusted keyframe.
   Pose<Map, Map> apply(const BundleProblem& problem, const BundleSolution& solution, SlamMap* map);
 
  private:
   std::vector<int32_t> bundle_window(const SlamMap& map) const;
-  void add_seeds(int32_t keyframe_id, const SlamMap& map);
-  void search_older_keyframes(int32_t keyframe_id, const SlamMap& map);
+  SeedSearch seed_search(int32_t keyframe_id, const SlamMap& map) const;
+  /// A keyframe as the source of new points: where it has points, and who sees the same scene.
+  struct SourceView {
+    std::vector<std::pair<int32_t, PointFinder>> neighbours;
+    OccupancyMask occupied;
+  };
+  SourceView source_view(const SlamMap& map, int32_t keyframe_id) const;
   void make_points(SlamMap* map);
-  void make_point(const Seed& seed, SlamMap* map);
+  void make_point(const Seed& seed, SourceView* view, SlamMap* map);
   void review_points(SlamMap* map);
   /// Removes keyframes that stand too close to another and whose points others see as well.
   void cull_keyframes(SlamMap* map);
@@ -57,6 +69,7 @@ class Mapper {
   CameraModel camera_;
   SlamOptions options_;
   DepthSeeds seeds_;
+  std::deque<int32_t> unseeded_;  // keyframes whose seeds have not been looked for
 };
 
 }  // namespace foresight::slam

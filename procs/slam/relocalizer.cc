@@ -27,19 +27,12 @@ std::vector<int32_t> ranked_by_thumbnail(const SlamMap& map, const Thumbnail& th
   return ids;
 }
 
-const Observation* observation_in(const Point& point, int32_t keyframe_id) {
-  for (const Observation& o : point.observations) {
-    if (o.keyframe_id == keyframe_id) return &o;
-  }
-  return nullptr;
-}
-
 // The map point that the keyframe observes closest to a pixel, or −1.
 int32_t point_at(const SlamMap& map, const Keyframe& keyframe, const cv::Point2f& pixel) {
   int32_t best = -1;
   double best_px = kSameFeature_px;
   for (const int32_t id : keyframe.point_ids) {
-    const Observation* o = observation_in(*map.point(id), keyframe.id);
+    const Observation* o = map.point(id)->observation_in(keyframe.id);
     const double apart_px = (o->pixel - Eigen::Vector2d(pixel.x, pixel.y)).norm();
     if (apart_px < best_px) {
       best_px = apart_px;

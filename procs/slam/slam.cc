@@ -21,9 +21,18 @@ using slam::Frame;
 using slam::SearchWidth;
 using slam::TrackingAttempt;
 
+struct SeedWork {
+  CameraModel camera;
+  SlamOptions options;
+  slam::SeedSearch search;
+};
+struct FoundSeeds {
+  int32_t keyframe_id = 0;
+  std::vector<slam::Seed> seeds;
+};
 struct MappingJob::Data {
   int epoch = 0;
-  std::variant<slam::BundleProblem, slam::Initializer::Attempt> work;
+  std::variant<slam::Initializer::Attempt, SeedWork, slam::BundleProblem> work;
 };
 struct AdjustedBundle {
   slam::BundleProblem problem;
@@ -31,7 +40,7 @@ struct AdjustedBundle {
 };
 struct MappingResult::Data {
   int epoch = 0;
-  std::variant<AdjustedBundle, slam::Initializer::Answer> result;
+  std::variant<slam::Initializer::Answer, FoundSeeds, AdjustedBundle> result;
 };
 MappingJob::MappingJob(std::unique_ptr<Data> job_data) : data(std::move(job_data)) {}
 MappingJob::MappingJob(MappingJob&&) noexcept = default;
@@ -289,7 +298,12 @@ std::optional<MappingJob> Slam::Impl::take_job() {
     data->work = std::move(*attempt);
     return MappingJob(std::move(data));
   }
-  if (!bundle_wanted_ || map_.empty()) return std::nullopt;
+  if (map_.empty()) return std::nullopt;
+  if (std::optional<slam::SeedSearch> search = mapper_.take_seed_search(map_)) {
+    data->work = SeedWork{camera_, options_, std::move(*search)};
+    return MappingJob(std::move(data));
+  }
+  if (!bundle_wanted_) return std::nullopt;
   bundle_wanted_ = false;
   data->work = mapper_.bundle_problem(map_);
   return MappingJob(std::move(data));
@@ -299,6 +313,8 @@ void Slam::Impl::apply(MappingResult result) {
   if (result.data == nullptr || result.data->epoch != epoch_) return;
   if (const auto* adjusted = std::get_if<AdjustedBundle>(&result.data->result)) {
     motion_.correct(mapper_.apply(adjusted->problem, adjusted->solution, &map_));
+  } else if (auto* found = std::get_if<FoundSeeds>(&result.data->result)) {
+    mapper_.add_seeds(found->keyframe_id, std::move(found->seeds), &map_);
   } else if (state_ == TrackingState::kInitialising) {
     const auto outcome =
         initializer_.apply(std::get<slam::Initializer::Answer>(result.data->result));
@@ -339,6 +355,10 @@ MappingResult Slam::run(MappingJob job) {
   if (auto* problem = std::get_if<slam::BundleProblem>(&job.data->work)) {
     slam::BundleSolution solution = slam::adjust_bundle(*problem);
     data->result = AdjustedBundle{std::move(*problem), std::move(solution)};
+  } else if (auto* seeds = std::get_if<SeedWork>(&job.data->work)) {
+    const int32_t id = seeds->search.keyframe_id;
+    data->result =
+        FoundSeeds{id, slam::find_seeds(seeds->camera, seeds->options, std::move(seeds->search))};
   } else {
     auto& attempt = std::get<slam::Initializer::Attempt>(job.data->work);
     data->result = slam::Initializer::run(std::move(attempt));

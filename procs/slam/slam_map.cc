@@ -8,12 +8,18 @@
 namespace foresight::slam {
 namespace {
 
-auto find_observation(std::vector<Observation>& observations, int32_t keyframe_id) {
+template <class Observations>
+auto find_observation(Observations& observations, int32_t keyframe_id) {
   return std::lower_bound(observations.begin(), observations.end(), keyframe_id,
                           [](const Observation& o, int32_t id) { return o.keyframe_id < id; });
 }
 
 }  // namespace
+
+const Observation* Point::observation_in(int32_t keyframe_id) const {
+  const auto it = find_observation(observations, keyframe_id);
+  return it != observations.end() && it->keyframe_id == keyframe_id ? &*it : nullptr;
+}
 
 const Keyframe* SlamMap::keyframe(int32_t id) const {
   const auto it = keyframes_.find(id);

@@ -44,6 +44,8 @@ struct Point {
   int32_t outlier_count = 0;              // observations that bundle adjustment threw out
   bool confirmed = false;                 // ended its probation well: receivers know it
 
+  /// By one keyframe, if it sees the point.
+  const Observation* observation_in(int32_t keyframe_id) const;
   /// Probability of finding it, from its history.
   double find_probability() const { return (found_count + 2.0) / (predicted_count + 3.0); }
 };

@@ -5,10 +5,10 @@ namespace foresight {
 
 struct SlamOptions {
   // --- initialisation
-  int init_corners = 600;              // corners of the reference image to follow; 100–2000
-  int init_min_points = 80;            // triangulated points a first map needs; ≥ 30
-  double init_min_parallax_deg = 0.3;  // median angle between the rays of a point; 0.2–5
-  double init_max_rms_px = 1.0;        // reprojection error of the adjusted first map
+  int init_corners = 600;               // corners of the reference image to follow; 100–2000
+  int init_min_points = 80;             // triangulated points a first map needs; ≥ 30
+  double init_min_parallax_deg = 0.25;  // median angle between the rays of a point; 0.2–5
+  double init_max_rms_px = 1.0;         // reprojection error of the adjusted first map
 
   // --- tracking
   int max_tracked_points = 700;  // searched per image; each about 2 µs and its projection
