@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -138,6 +139,7 @@ bool solve(const BundleProblem& problem, std::vector<PoseBlock>* poses,
 void judge_observations(const BundleProblem& problem, BundleSolution* solution) {
   double squared_sum = 0;
   size_t inliers = 0;
+  solution->fits.resize(problem.points.size());
   std::vector<Pose<Cam, Map>> cam_from_map;
   for (const BundleKeyframe& k : solution->keyframes) {
     cam_from_map.push_back(k.map_from_cam.inverse());
@@ -152,7 +154,13 @@ void judge_observations(const BundleProblem& problem, BundleSolution* solution) 
     } else {
       squared_sum += error * error;
       ++inliers;
+      BundleSolution::Fit& fit = solution->fits[static_cast<size_t>(o.point_index)];
+      ++fit.observations;
+      fit.rms_px += error * error;  // a sum, until below
     }
+  }
+  for (BundleSolution::Fit& fit : solution->fits) {
+    fit.rms_px = std::sqrt(fit.rms_px / std::max(1, fit.observations));
   }
   solution->rms_px = inliers > 0 ? std::sqrt(squared_sum / static_cast<double>(inliers)) : 0;
 }

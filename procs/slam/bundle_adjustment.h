@@ -46,6 +46,11 @@ struct BundleSolution {
   std::vector<BundlePoint> points;
   std::vector<int32_t> outliers;  // indices of observations
   double rms_px = 0;              // over the inliers
+  struct Fit {
+    int observations = 0;  // inliers
+    double rms_px = 0;     // over these
+  };
+  std::vector<Fit> fits;  // of each point
 };
 
 BundleSolution adjust_bundle(const BundleProblem& problem);

@@ -16,10 +16,11 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr std::array<double, kLevels> kLevelShare = {0.58, 0.26, 0.16, 0.0};
-constexpr int kBorder = 8;         // px of the level: room for the patch
-constexpr double kMinSpacing = 9;  // px of the full image
-constexpr int kCell = 64;          // px of the full image
-constexpr double kMinScore = 25;   // gray levels², mean over the patch
+constexpr int kBorder = 8;            // px of the level: room for the patch
+constexpr double kMinSpacing = 9;     // px of the full image
+constexpr int kCell = 64;             // px of the full image
+constexpr double kMaxRefinement = 3;  // px of the level
+constexpr double kMinScore = 25;      // gray levels², mean over the patch
 
 // Smaller eigenvalue of the mean structure tensor over 8×8 pixels.
 double shi_tomasi(const cv::Mat& image, int x, int y) {
@@ -62,6 +63,16 @@ std::vector<Scored> candidates(const cv::Mat& image) {
   return scored;
 }
 
+// Where the corner itself is: the lines through nearby edges meet there. A point must sit on what
+// its patch shows; beside an object's outline it would float in front of the background.
+Vector2d refined(const cv::Mat& image, const Scored& corner) {
+  std::vector<cv::Point2f> place = {cv::Point2f(corner.place)};
+  cv::cornerSubPix(image, place, cv::Size(3, 3), cv::Size(-1, -1),
+                   {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 5, 0.05});
+  const Vector2d found(place[0].x, place[0].y), detected(corner.place.x, corner.place.y);
+  return (found - detected).norm() < kMaxRefinement ? found : detected;
+}
+
 }  // namespace
 
 OccupancyMask::OccupancyMask(int width_px, int height_px)
@@ -90,7 +101,7 @@ std::vector<DetectedCorner> detect_corners(const ImagePyramid& pyramid, int coun
     int left = static_cast<int>(share);
     for (const Scored& s : candidates(pyramid.levels[static_cast<size_t>(level)])) {
       if (left == 0) break;
-      const Vector2d pixel = image_from_level(Vector2d(s.place.x, s.place.y), level);
+      Vector2d pixel = image_from_level(Vector2d(s.place.x, s.place.y), level);
       if (occupied->contains(pixel)) continue;
       int& in_cell =
           taken[{static_cast<int>(pixel.y()) / kCell, static_cast<int>(pixel.x()) / kCell}];
@@ -98,6 +109,7 @@ std::vector<DetectedCorner> detect_corners(const ImagePyramid& pyramid, int coun
       ++in_cell;
       --left;
       occupied->add(pixel, kMinSpacing);
+      pixel = image_from_level(refined(pyramid.levels[static_cast<size_t>(level)], s), level);
       corners.push_back({pixel, level});
     }
   }

@@ -20,7 +20,11 @@ constexpr double kMaxSegment_px = 120;             // at the level
 constexpr double kMinBaselineStep = 0.006;         // between sightings, in depths: about 3 px
 constexpr size_t kMaxSightings = 8;
 constexpr size_t kMinSightings = 3;
-constexpr double kMaxRelativeSigma = 0.08;
+// A young point may be far from certain in depth: it already tells how the camera turns, and bundle
+// adjustment improves it. Receivers hear of it when it stands (Mapper::review_points).
+constexpr double kMaxRelativeSigma = 0.4;
+constexpr double kMinParallaxDeg = 0.3;
+
 constexpr double kUnique = 0.93;  // second best correlation / best
 constexpr int kMaxMisses = 12;
 
@@ -201,7 +205,7 @@ std::vector<Seed> DepthSeeds::take_mature() {
   std::vector<Seed> mature, waiting;
   for (Seed& seed : seeds_) {
     const bool is_mature = seed.sightings.size() >= kMinSightings &&
-                           seed.parallax_deg >= options_.point_min_parallax_deg &&
+                           seed.parallax_deg >= kMinParallaxDeg &&
                            seed.worst_error_px <= options_.point_max_error_px &&
                            seed.relative_sigma <= kMaxRelativeSigma;
     (is_mature ? mature : waiting).push_back(std::move(seed));

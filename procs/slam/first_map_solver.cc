@@ -19,6 +19,8 @@ constexpr double kTrackNoise_px = 0.8;
 constexpr double kMaxTwoViewError_px = 3;
 constexpr double kFar = 3000;  // baselines: where rays that do not meet may meet
 constexpr double kBehind_px = 1e6;
+constexpr double kLimit_px = 3;                           // of a track's error in any view
+constexpr double kKeptShare = 0.95;                       // of the tracks, in a solution's cost
 constexpr size_t kMaxRefined = 6;                         // motions
 constexpr double kHopeless_px2 = 1, kHopelessRatio = 20;  // two-view cost, also against the best
 
@@ -46,6 +48,7 @@ class Solver {
                               double* error_px) const;
   double two_view_cost(const Pose<Cam, Cam>& motion) const;
   std::vector<Pose<Cam, Cam>> proposals() const;
+  double trimmed_cost(std::vector<double> costs) const;
   TwoViewSolution triangulate_tracks(const Pose<Cam, Cam>& second_from_first) const;
   std::vector<Pose<Map, Cam>> views_along(const TwoViewSolution& solution) const;
   BundleProblem bundle_over_views(const TwoViewSolution& solution) const;
@@ -167,6 +170,41 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+// Each point's mean squared error over the views, px²; the limit for an outlier in any of them.
+std::vector<double> point_costs(const BundleProblem& problem, const BundleSolution& solution) {
+  std::vector<double> sums(problem.points.size(), 0), worst(problem.points.size(), 0);
+  std::vector<int> counts(problem.points.size(), 0);
+  std::vector<Pose<Cam, Map>> cam_from_map;
+  for (const BundleKeyframe& k : solution.keyframes) {
+    cam_from_map.push_back(k.map_from_cam.inverse());
+  }
+  for (const BundleObservation& o : problem.observations) {
+    const auto n = static_cast<size_t>(o.point_index);
+    const Vector3d p =
+        cam_from_map[static_cast<size_t>(o.keyframe_index)] * solution.points[n].position_in_map;
+    const double error_px =
+        p.z() > 0 ? o.scale_px * (p.head<2>() / p.z() - o.xy).norm() : kBehind_px;
+    worst[n] = std::max(worst[n], error_px);
+    sums[n] += error_px * error_px;
+    ++counts[n];
+  }
+  for (size_t n = 0; n < sums.size(); ++n) {
+    const bool outlier = counts[n] == 0 || worst[n] > kLimit_px;
+    sums[n] = outlier ? kLimit_px * kLimit_px : sums[n] / counts[n];
+  }
+  return sums;
+}
+
+// Mean over the better tracks; those that no motion explains say nothing about this one.
+double Solver::trimmed_cost(std::vector<double> costs) const {
+  costs.resize(track_count(), kLimit_px * kLimit_px);
+  std::sort(costs.begin(), costs.end());
+  const auto kept = static_cast<size_t>(kKeptShare * static_cast<double>(costs.size()));
+  double sum = 0;
+  for (size_t i = 0; i < kept; ++i) sum += costs[i];
+  return sum / static_cast<double>(std::max<size_t>(1, kept));
+}
+
 std::optional<TwoViewSolution> Solver::refine(const Pose<Cam, Cam>& second_from_first) const {
   const TwoViewSolution start = triangulate_tracks(second_from_first);
   if (start.points.size() < static_cast<size_t>(in_.min_points)) return std::nullopt;
@@ -178,20 +216,12 @@ std::optional<TwoViewSolution> Solver::refine(const Pose<Cam, Cam>& second_from_
   const Pose<Map, Cam>& second = adjusted.keyframes.back().map_from_cam;
   refined.second_from_first = Pose<Cam, Cam>(second.rotation(), second.translation()).inverse();
   refined.rms_px = adjusted.rms_px;
-  const size_t inliers = problem.observations.size() - adjusted.outliers.size();
-  const size_t others = track_count() * in_.rays.size() - inliers;
-  refined.cost = static_cast<double>(inliers) * adjusted.rms_px * adjusted.rms_px +
-                 static_cast<double>(others) * problem.outlier_px * problem.outlier_px;
-  std::vector<int> good(problem.points.size(), 0);
-  for (const BundleObservation& o : problem.observations)
-    ++good[static_cast<size_t>(o.point_index)];
-  for (const int32_t o : adjusted.outliers) {
-    good[static_cast<size_t>(problem.observations[static_cast<size_t>(o)].point_index)] = 0;
-  }
+  const std::vector<double> costs = point_costs(problem, adjusted);
+  refined.cost = trimmed_cost(costs);
   std::vector<double> parallax;
   for (size_t n = 0; n < adjusted.points.size(); ++n) {
     const Vector3d& p = adjusted.points[n].position_in_map;
-    if (good[n] == 0 || p.z() <= 0) continue;
+    if (costs[n] >= kLimit_px * kLimit_px || p.z() <= 0) continue;
     refined.tracks.push_back(start.tracks[n]);
     refined.points.push_back(p);
     parallax.push_back(angle_between(p, p - second.translation()) / kDegree);

@@ -27,7 +27,7 @@ struct TwoViewSolution {
   Pose<Cam, Cam> second_from_first;
   std::vector<size_t> tracks;           // index of each point's track
   std::vector<Eigen::Vector3d> points;  // in the first camera
-  double cost = 0;                      // Σ over tracks and images of min(error², limit²), px²
+  double cost = 0;                      // mean squared error of the better 95 % of tracks, px²
   double rms_px = 0;
   double parallax_deg = 0;  // median
 };

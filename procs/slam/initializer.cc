@@ -25,13 +25,14 @@ struct Gate {
   double beyond_rotation;  // residual of a pure rotation / of the motion
   double unambiguous;      // cost of the next best different motion / of the best
   int stable_attempts;     // in a row that found the same motion
+  double depth_sigma;      // relative, of a point: noise / parallax
 };
-constexpr Gate kWideGate = {1.2, 3.3, 1.25, 1};
-constexpr Gate kNarrowGate = {0, 3.0, 1.4, 2};  // its parallax is an option
-constexpr double kNoiseFloor_px = 0.3;          // in the ratio to a rotation's residual
-constexpr double kStableAngle = 20 * kDegree;   // between the ways to the second camera
-constexpr size_t kHypotheses = 3;               // tried again at the next image
-constexpr double kSaneDepth = 50;               // times the median
+constexpr Gate kWideGate = {1.2, 3.3, 1.3, 1, 0.2};
+constexpr Gate kNarrowGate = {0, 3.0, 1.5, 2, 0.085};  // its parallax is an option
+constexpr double kNoiseFloor_px = 0.3;                 // in the ratio to a rotation's residual
+constexpr double kStableAngle = 20 * kDegree;          // between the ways to the second camera
+constexpr size_t kHypotheses = 3;                      // tried again at the next image
+constexpr double kSaneDepth = 50;                      // times the median
 
 template <class... Args>
 std::string format(const char* pattern, Args... args) {
@@ -219,6 +220,11 @@ std::string Initializer::objection(const Diagnosis& d) const {
                   d.rotation_ratio * std::max(d.rms_px, kNoiseFloor_px));
   }
   if (d.ambiguity < gate.unambiguous) return "two motions explain the tracks about equally well";
+  const double depth_sigma = d.rms_px / (camera_.fx_px * d.parallax_deg * kDegree);
+  if (depth_sigma > gate.depth_sigma) {
+    return format("parallax %.1f deg: depths are known to %.0f %%, need %.0f", d.parallax_deg,
+                  100 * depth_sigma, 100 * gate.depth_sigma);
+  }
   if (d.stable_attempts < gate.stable_attempts) {
     return format("parallax %.1f deg, and the motion found still changes", d.parallax_deg);
   }

@@ -18,12 +18,19 @@ using Eigen::Vector3d;
 constexpr int kSeedKeyframes = 6;     // newest ones whose seeds are alive
 constexpr int kVerifyKeyframes = 10;  // looked at for a new point
 constexpr double kDuplicate_px = 5;
+constexpr double kSamePlace_px = 2;  // of a corner followed and its patch found
 constexpr double kOccupied_px = 9;
 constexpr int kSimilarViewDeg = 40;
 constexpr double kSameDirectionDeg = 15;  // for culling
 constexpr int kSeedViews = 3;             // keyframes in which new seeds are searched at once
-constexpr size_t kKeptKeyframes = 6;      // fewer are never culled
-constexpr size_t kUnculledNewest = 3;     // nor are the newest
+constexpr int kReviewImages = 30;         // at least so often points are reviewed
+constexpr int kManyPredictions = 30;      // after so many a point has shown what it is worth
+constexpr double kHardlyFound = 0.5;
+constexpr int kMisfitObservations = 4;
+constexpr double kMisfitRatio = 3.5;     // rms error / the median point's
+constexpr double kMisfitFloor_px = 0.5;  // less is no misfit
+constexpr size_t kKeptKeyframes = 6;     // fewer are never culled
+constexpr size_t kUnculledNewest = 3;    // nor are the newest
 constexpr int kCulledAtOnce = 2;
 constexpr double kCrowded = 0.5;       // of the wanted baseline, to another keyframe
 constexpr double kRedundant = 0.9;     // share of points that three others see
@@ -87,6 +94,24 @@ double distance_in_depths(const SlamMap& map, const Pose<Map, Cam>& map_from_cam
   return nearest;
 }
 
+// Points that many keyframes see, but none exactly there: patches across an object's outline, or
+// things that move. The camera's own noise is the yardstick.
+std::vector<int32_t> misfits(const BundleSolution& solution) {
+  std::vector<double> errors;
+  for (const BundleSolution::Fit& fit : solution.fits) {
+    if (fit.observations >= kMisfitObservations) errors.push_back(fit.rms_px);
+  }
+  const double limit = std::max(kMisfitFloor_px, kMisfitRatio * median(std::move(errors), 0));
+  std::vector<int32_t> ids;
+  for (size_t i = 0; i < solution.fits.size(); ++i) {
+    const BundleSolution::Fit& fit = solution.fits[i];
+    if (fit.observations >= kMisfitObservations && fit.rms_px > limit) {
+      ids.push_back(solution.points[i].id);
+    }
+  }
+  return ids;
+}
+
 bool stands_close(const SlamMap& map, const Keyframe& keyframe, double distance_in_depths) {
   for (const auto& [id, other] : map.keyframes()) {
     if (id == keyframe.id) continue;
@@ -129,9 +154,28 @@ void Mapper::begin(const InitialMap& initial, SlamMap* map) {
     const auto corner = make_corner(camera_, 0, p.corner);
     if (!corner) continue;
     const int32_t id = map->add_point(p.position_in_map, *corner);
-    map->add_observation(id, {1, 0, p.second_pixel, camera_.unproject(p.second_pixel)});
+    map->add_observation(id, second_observation(*map, id, p.second_pixel));
   }
   unseeded_ = {0, 1};
+}
+
+// Where the second keyframe sees a point of the first map: its patch is found there as in any image
+// to come, so that observations agree; the followed corner's place, which drifts a little, if not.
+Observation Mapper::second_observation(const SlamMap& map, int32_t point_id,
+                                       const Vector2d& followed_px) const {
+  const Keyframe& second = map.newest_keyframe();
+  const PointFinder finder(camera_, map, second.pyramid, second.map_from_cam);
+  const Point& point = *map.point(point_id);
+  if (const auto view = finder.predict(point)) {
+    PointSearch search;
+    search.min_zncc = options_.min_zncc;
+    if (const auto match = finder.find(point, *view, search)) {
+      Observation observation = match->observation;
+      observation.keyframe_id = second.id;
+      if ((observation.pixel - followed_px).norm() < kSamePlace_px) return observation;
+    }
+  }
+  return {second.id, 0, followed_px, camera_.unproject(followed_px)};
 }
 
 bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt& tracking) const {
@@ -287,19 +331,27 @@ void Mapper::make_point(const Seed& seed, SourceView* view, SlamMap* map) {
   }
 }
 
+void Mapper::review_if_due(SlamMap* map) {
+  if (++images_since_review_ >= kReviewImages) review_points(map);
+}
+
 // Probation: a point is confirmed when enough keyframes see it, and goes when it proves bad.
 void Mapper::review_points(SlamMap* map) {
   const int32_t newest = map->newest_keyframe().id;
+  images_since_review_ = 0;
   std::vector<int32_t> bad, good;
   for (const auto& [id, p] : map->points()) {
     const auto seen = static_cast<int>(p.observations.size());
     const bool rarely_found = p.predicted_count >= 12 &&
                               p.found_count < options_.point_min_found_ratio * p.predicted_count;
+    const bool hardly_known = p.predicted_count >= kManyPredictions &&
+                              seen <= options_.point_confirm_keyframes &&
+                              p.found_count < kHardlyFound * p.predicted_count;
     const int age = newest - p.born_keyframe_id;
     const bool unconfirmed =
         !p.confirmed &&
         ((age >= 2 && seen < 2) || (age >= 4 && seen < options_.point_confirm_keyframes));
-    if (seen == 0 || (!p.confirmed && rarely_found) || unconfirmed) {
+    if (seen == 0 || (!p.confirmed && rarely_found) || hardly_known || unconfirmed) {
       bad.push_back(id);
     } else if (!p.confirmed && seen >= options_.point_confirm_keyframes &&
                parallax_deg(*map, p) >= options_.point_min_parallax_deg) {
@@ -446,6 +498,9 @@ void Mapper::remove_outliers(const BundleProblem& problem, const BundleSolution&
         static_cast<size_t>(3 * point->outlier_count) > left + point->outlier_count) {
       doomed.insert(point_id);
     }
+  }
+  for (const int32_t id : misfits(solution)) {
+    if (map->point(id) != nullptr) doomed.insert(id);
   }
   for (const int32_t id : doomed) map->remove_point(id);
 }

@@ -36,6 +36,8 @@ class Mapper {
   /// Every placed image: searches seeds and turns mature ones into points.
   void grow(const Frame& frame, const Pose<Map, Cam>& map_from_cam, SlamMap* map);
 
+  /// At the end of an image that became no keyframe: looks over the points now and then.
+  void review_if_due(SlamMap* map);
   /// Work on a new keyframe, if there is some, for find_seeds().
   std::optional<SeedSearch> take_seed_search(const SlamMap& map);
   void add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map);
@@ -46,6 +48,8 @@ class Mapper {
 
  private:
   std::vector<int32_t> bundle_window(const SlamMap& map) const;
+  Observation second_observation(const SlamMap& map, int32_t point_id,
+                                 const Eigen::Vector2d& followed_px) const;
   SeedSearch seed_search(int32_t keyframe_id, const SlamMap& map) const;
   /// A keyframe as the source of new points: where it has points, and who sees the same scene.
   struct SourceView {
@@ -69,6 +73,7 @@ class Mapper {
   CameraModel camera_;
   SlamOptions options_;
   DepthSeeds seeds_;
+  int images_since_review_ = 0;
   std::deque<int32_t> unseeded_;  // keyframes whose seeds have not been looked for
 };
 

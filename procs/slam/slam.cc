@@ -268,7 +268,10 @@ void Slam::Impl::accept(const Frame& frame, const TrackingAttempt& attempt,
   count_found(attempt);
   if (good_frames_ < 3) return;
   mapper_.grow(frame, attempt.map_from_cam, &map_);
-  if (!mapper_.wants_keyframe(map_, frame.time, attempt)) return;
+  if (!mapper_.wants_keyframe(map_, frame.time, attempt)) {
+    mapper_.review_if_due(&map_);
+    return;
+  }
   mapper_.insert_keyframe(frame, attempt, &map_);
   result->is_keyframe = true;
   bundle_wanted_ = true;
