@@ -179,8 +179,8 @@ Observation Mapper::second_observation(const SlamMap& map, int32_t point_id,
 }
 
 bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt& tracking) const {
-  if ((time - map.newest_keyframe().time).seconds() < options_.keyframe_min_interval_s)
-    return false;
+  const double interval_s = (time - map.newest_keyframe().time).seconds();
+  if (std::abs(interval_s) < options_.keyframe_min_interval_s) return false;
   if (tracking.quality < 0.4) return false;  // do not build on a doubtful pose
   std::set<int32_t> found;
   for (const PointMatch& m : tracking.inliers) found.insert(m.point_id);

@@ -26,9 +26,12 @@ SlamProcess::SlamProcess(Node& node, const SlamParams& params)
       {.channel = "SNAPSHOT_REQUEST", .doc = "asks for the whole map"}, Queue::kAll,
       [this](const snapshot_request_t& m) { on_request(m); });
   node.every(seconds(1), "input watch", [this] {
-    if (node_.now() - last_image_ > seconds(1)) {
-      node_.set_state(ProcessState::kWaiting, camera_ ? "no IMAGE arrives" : "no CAMERA_INFO yet");
-    }
+    if (node_.now() - last_arrival_ <= seconds(1)) return;
+    const bool rejecting = node_.now() - last_rejection_ <= seconds(1);
+    node_.set_state(ProcessState::kWaiting, !camera_ ? "no CAMERA_INFO yet"
+                                            : rejecting
+                                                ? "every IMAGE is rejected: it " + rejection_
+                                                : "no IMAGE arrives");
   });
 }
 
@@ -44,15 +47,17 @@ void SlamProcess::on_camera_info(const camera_info_t& message) {
 
 void SlamProcess::on_image(const image_t& message) {
   if (!slam_) return;  // CAMERA_INFO comes first; "input watch" says so when it does not
-  if (message.utime <= last_image_.us && node_.now() - last_image_ < seconds(1)) {
-    return node_.reject_message("IMAGE", "time-stamp does not increase");
+  // After a second of stamps that do not increase, the camera's new clock is believed.
+  if (message.utime <= last_image_.us && node_.now() - last_arrival_ < seconds(1)) {
+    return reject("time-stamp does not increase");
   }
   const auto image = decode_image(message, 1);
-  if (!image) return node_.reject_message("IMAGE", "is damaged");
+  if (!image) return reject("is damaged");
   if (image->width_px != camera_->width_px || image->height_px != camera_->height_px) {
-    return node_.reject_message("IMAGE", "has not the size that CAMERA_INFO gives");
+    return reject("has not the size that CAMERA_INFO gives");
   }
   last_image_ = {message.utime};
+  last_arrival_ = node_.now();
   const TrackingResult result = slam_->track(
       last_image_, {image->bytes.data(), image->width_px, image->height_px, image->width_px});
   update_epoch(last_image_);
@@ -62,6 +67,12 @@ void SlamProcess::on_image(const image_t& message) {
   publish_delta();
   continue_mapping();
   publish_health(result);
+}
+
+void SlamProcess::reject(const char* why) {
+  rejection_ = why;
+  last_rejection_ = node_.now();
+  node_.reject_message("IMAGE", why);
 }
 
 void SlamProcess::on_command(const slam_command_t& command) {

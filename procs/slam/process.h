@@ -30,6 +30,7 @@ class SlamProcess : public Process {
  private:
   void on_camera_info(const camera_info_t& message);
   void on_image(const image_t& message);
+  void reject(const char* why);  // the present IMAGE
   void on_command(const slam_command_t& command);
   void on_request(const snapshot_request_t& request);
   camera_pose_t to_message(const TrackingResult& result) const;
@@ -50,7 +51,9 @@ class SlamProcess : public Process {
   int core_epoch_ = -1;
   int64_t epoch_ = 0;  // utime at which the core's present epoch began
   bool epoch_is_sent_ = false;
-  Time data_time_, last_image_, last_view_;
+  Time data_time_, last_image_, last_view_;  // the camera's clock
+  Time last_arrival_, last_rejection_;       // ours
+  std::string rejection_;
 };
 
 }  // namespace foresight

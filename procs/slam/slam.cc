@@ -21,6 +21,10 @@ using slam::Frame;
 using slam::SearchWidth;
 using slam::TrackingAttempt;
 
+namespace {
+constexpr Duration kClockJump = seconds(1);  // older images than by that: the camera's clock is new
+}  // namespace
+
 struct SeedWork {
   CameraModel camera;
   SlamOptions options;
@@ -112,7 +116,9 @@ std::string Slam::Impl::reject(Time time, const GrayImageView& image) const {
            std::to_string(camera_.height_px);
   }
   if (camera_.width_px < 160 || camera_.height_px < 120) return "images below 160 x 120 px";
-  if (last_time_ && time <= *last_time_) return "image is not newer than the last one";
+  if (last_time_ && time <= *last_time_ && *last_time_ - time < kClockJump) {
+    return "image is not newer than the last one";
+  }
   return "";
 }
 
@@ -126,6 +132,10 @@ TrackingResult Slam::Impl::track(Time time, const GrayImageView& image) {
   if (!result.reason.empty()) {
     if (state_ == TrackingState::kTracking) result.state = TrackingState::kLost;
     return result;
+  }
+  if (last_time_ && time <= *last_time_) {
+    motion_.forget();
+    lost_since_ = time;
   }
   last_time_ = time;
   Frame frame;

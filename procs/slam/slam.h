@@ -90,7 +90,8 @@ class Slam {
   Slam(const CameraModel& camera, const SlamOptions& options);
   ~Slam();
 
-  /// Places one image. Times must increase; a repeated or older one is answered and ignored.
+  /// Places one image. Times must increase; a repeated or older one is answered and ignored, unless
+  /// it is older by more than a second: then the camera's clock was set anew.
   [[nodiscard]] TrackingResult track(Time time, const GrayImageView& image);
 
   /// What changed in the published map since the last call. Points on probation are not in it;

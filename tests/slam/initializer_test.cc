@@ -50,6 +50,67 @@ TEST_F(InitializerTest, RefusesAPureRotation) {
   EXPECT_FALSE(outcome.reason.empty());
 }
 
+// The rotation's own direction and speed must not matter, nor a lens that is not quite as the
+// camera file says.
+TEST_F(InitializerTest, RefusesFastRotationsThroughAnImperfectLens) {
+  CameraModel lens = camera_;
+  lens.fx_px *= 1.02;
+  lens.fy_px *= 1.02;
+  for (const Eigen::Vector3d& axis :
+       {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(1, 0.3, 0), Eigen::Vector3d(0.1, 0.2, 1)}) {
+    initializer_.restart();
+    Initializer::Outcome outcome;
+    for (int i = 0; i < 25 && !outcome.map; ++i) {
+      const cv::Mat image =
+          scene_.render(lens, {rotation_from_vector(0.008 * i * axis), Eigen::Vector3d::Zero()});
+      outcome = answer(Time{} + milliseconds(33 * i), image);
+    }
+    EXPECT_FALSE(outcome.map) << axis.transpose();
+  }
+}
+
+// A plane seen from two places allows two motions; whatever is accepted has to be the true one.
+TEST_F(InitializerTest, NeverTakesAPlanesWrongTwin) {
+  int accepted = 0;
+  for (const uint64_t seed : {3u, 4u, 5u, 6u}) {
+    const SyntheticScene wall = SyntheticScene::wall(seed);
+    for (const Eigen::Vector3d& way : {Eigen::Vector3d(0.5, 0, 0), Eigen::Vector3d(0.1, 0.05, 0.5),
+                                       Eigen::Vector3d(-0.3, 0.3, 0.2)}) {
+      initializer_.restart();
+      const auto pose_at = [&](double i) {
+        const Eigen::AngleAxisd tilt(0.35, Eigen::Vector3d(1, 0.4, 0).normalized());
+        return Pose<World, Cam>(Eigen::Quaterniond(tilt), i / 40 * way);
+      };
+      Initializer::Outcome outcome;
+      for (int i = 0; i < 40 && !outcome.map; ++i) {
+        outcome = answer(Time{} + milliseconds(33 * i), wall.render(camera_, pose_at(i)));
+      }
+      if (!outcome.map) continue;
+      ++accepted;
+      const double last = static_cast<double>(outcome.map->second.time.us) / 33e3;
+      const Pose<Cam, Cam> truth = pose_at(0).inverse() * pose_at(last);
+      EXPECT_LT(angle_between(truth.translation(), outcome.map->second.map_from_cam.translation()) /
+                    kDegree,
+                15)
+          << "wall " << seed << ", way " << way.transpose();
+    }
+  }
+  EXPECT_GT(accepted, 0);
+}
+
+// The camera stands still; half of the view is an object that moves.
+TEST_F(InitializerTest, RefusesAMovingObjectInFrontOfAStillCamera) {
+  const SyntheticScene object(21);
+  Initializer::Outcome outcome;
+  for (int i = 0; i < 40 && !outcome.map; ++i) {
+    cv::Mat image = scene_.render(camera_, {});
+    const cv::Rect half(320, 0, 320, 480);
+    object.render(camera_, sideways_pose(i / 60.0))(half).copyTo(image(half));
+    outcome = answer(Time{} + milliseconds(33 * i), image);
+  }
+  EXPECT_FALSE(outcome.map);
+}
+
 TEST_F(InitializerTest, BuildsTheTrueSceneFromABaseline) {
   const auto outcome = feed(40, [](int i) { return sideways_pose(i / 60.0); });
   ASSERT_TRUE(outcome.map) << outcome.reason;

@@ -171,6 +171,8 @@ TEST_F(SlamTest, HostileInputIsAnsweredAndIgnored) {
   (void)slam.track(Time{1000}, view_of(good));
   EXPECT_EQ(slam.track(Time{1000}, view_of(good)).reason, "image is not newer than the last one");
   EXPECT_EQ(slam.track(Time{-5}, view_of(good)).state, TrackingState::kInitialising);
+  EXPECT_EQ(slam.track(Time{} - seconds(60), view_of(good)).reason.find("not newer"),
+            std::string::npos);  // a new clock
 }
 
 }  // namespace

@@ -40,6 +40,12 @@ SyntheticScene::SyntheticScene(uint64_t seed) {
   planes_.push_back({2.2, 0.2, -0.9, 0.9, 0.9, random_texture(&rng, 480)});
 }
 
+SyntheticScene SyntheticScene::wall(uint64_t seed) {
+  SyntheticScene scene(seed);
+  scene.planes_.resize(1);
+  return scene;
+}
+
 cv::Mat SyntheticScene::render(const CameraModel& camera,
                                const Pose<World, Cam>& world_from_cam) const {
   cv::Mat image(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar::all(0));

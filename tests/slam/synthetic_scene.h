@@ -24,6 +24,8 @@ class SyntheticScene {
  public:
   /// A far wall, a near panel and one in between, with random textures.
   explicit SyntheticScene(uint64_t seed);
+  /// Only the far wall.
+  static SyntheticScene wall(uint64_t seed);
   /// `world_from_cam` with z roughly along the world's z.
   cv::Mat render(const CameraModel& camera, const Pose<World, Cam>& world_from_cam) const;
 

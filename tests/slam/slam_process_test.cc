@@ -1,0 +1,193 @@
+// The process on a simulated bus, with everything that cameras do to it. docs/algorithms/slam.md
+// ("What it does when …") states the behaviour that is tested here.
+#include <gtest/gtest.h>
+
+#include "common/messages.h"
+#include "common/simulation.h"
+#include "foresight/health_t.hpp"
+#include "procs/slam/process.h"
+#include "tests/slam/synthetic_scene.h"
+
+namespace foresight {
+namespace {
+
+constexpr Duration kPeriod = milliseconds(33);
+
+class SlamProcessTest : public testing::Test {
+ protected:
+  SlamProcessTest() {
+    world_.set_tap([this](Time, Domain, const std::string& channel, auto bytes) {
+      const int size = static_cast<int>(bytes.size());
+      if (channel == "CAMERA_POSE") {
+        ASSERT_GT(pose_.decode(bytes.data(), 0, size), 0);
+        ++poses_;
+      }
+      if (channel == "HEALTH") {
+        ASSERT_GT(health_.decode(bytes.data(), 0, size), 0);
+      }
+    });
+    SlamParams params;
+    params.mapping_cost_s = 0.02;
+    world_.add("slam", {Domain::kRobot},
+               [&](Node& node) { return std::make_unique<SlamProcess>(node, params); });
+    send_camera(camera_);
+  }
+
+  template <class Message>
+  void send(const std::string& channel, const Message& message) {
+    world_.inject(world_.now(), Domain::kRobot, channel, encode(message));
+    world_.run_until(world_.now());
+  }
+  void send_camera(const CameraModel& camera) {
+    send("CAMERA_INFO", to_message(camera, world_.now()));
+  }
+  void wait(Duration duration) { world_.run_until(world_.now() + duration); }
+  void send_image(const cv::Mat& image, Time stamp) {
+    image_t m{};
+    m.utime = stamp.us;
+    m.width_px = static_cast<int16_t>(image.cols);
+    m.height_px = static_cast<int16_t>(image.rows);
+    m.encoding = image_t::ENCODING_GRAY8;
+    m.n_data = image.rows * image.cols;
+    m.data.assign(image.data, image.data + m.n_data);
+    send("IMAGE", m);
+  }
+  void step(const cv::Mat& image) {
+    wait(kPeriod);
+    send_image(image, world_.now() + clock_offset_);
+  }
+  void step(double t) { step(scene_.render(camera_, sideways_pose(t))); }
+  void sweep(double from, double to, int count) {
+    for (int i = 1; i <= count; ++i) step(from + (to - from) * i / count);
+  }
+  void start_map() {
+    sweep(0, 0.6, 36);
+    ASSERT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+  }
+  double metric(const std::string& name) const {
+    for (int i = 0; i < health_.n_metrics; ++i) {
+      const auto n = static_cast<size_t>(i);
+      if (health_.metric_names[n] == name) return health_.metric_values[n];
+    }
+    ADD_FAILURE() << "no metric " << name;
+    return -1;
+  }
+  void expect_tracking_in(int64_t epoch) {
+    EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+    EXPECT_EQ(pose_.epoch, epoch);
+  }
+
+  CameraModel camera_ = test_camera();
+  SyntheticScene scene_{5};
+  Simulation world_{Time{} + seconds(1000)};
+  Duration clock_offset_;  // of the camera's clock
+  camera_pose_t pose_{};
+  health_t health_{};
+  int poses_ = 0;
+};
+
+TEST_F(SlamProcessTest, SaysWhyItWaitsBeforeThereIsAMap) {
+  for (int i = 0; i < 35; ++i) step(0.0);
+  EXPECT_EQ(pose_.state, +camera_pose_t::STATE_INITIALISING);
+  EXPECT_NE(pose_.reason.find("the image moved"), std::string::npos) << pose_.reason;
+  EXPECT_EQ(health_.state, +health_t::STATE_WAITING);
+  EXPECT_NE(health_.reason.find("initialising: "), std::string::npos) << health_.reason;
+}
+
+TEST_F(SlamProcessTest, DroppedImagesCostNothing) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  for (int i = 1; i <= 8; ++i) {  // two of three are missing
+    wait(kPeriod * 2);
+    step(0.6 + 0.04 * i);
+    expect_tracking_in(epoch);
+  }
+  wait(seconds(1.1));
+  EXPECT_EQ(metric("losses"), 0);
+}
+
+TEST_F(SlamProcessTest, RepeatedImagesAreRejectedAndChangeNothing) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  const int before = poses_;
+  const Time last = world_.now();
+  for (int i = 0; i < 5; ++i) send_image(scene_.render(camera_, sideways_pose(0.6)), last);
+  EXPECT_EQ(poses_, before);
+  sweep(0.6, 0.7, 6);
+  expect_tracking_in(epoch);
+}
+
+TEST_F(SlamProcessTest, AClockThatJumpsIsBelievedAfterASecond) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  clock_offset_ = seconds(3600);  // forward: at once
+  step(0.6);
+  expect_tracking_in(epoch);
+  clock_offset_ = seconds(-3600);
+  for (int i = 0; i < 45; ++i) step(0.6);
+  expect_tracking_in(epoch);
+  EXPECT_LT(pose_.utime, world_.now().us);
+  sweep(0.6, 0.7, 6);
+  expect_tracking_in(epoch);
+}
+
+TEST_F(SlamProcessTest, AnUnpluggedCameraIsNamedAndForgiven) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  wait(seconds(5));
+  EXPECT_EQ(health_.state, +health_t::STATE_WAITING);
+  EXPECT_EQ(health_.reason, "no IMAGE arrives");
+  step(0.35);  // it was moved meanwhile
+  expect_tracking_in(epoch);
+}
+
+TEST_F(SlamProcessTest, AnotherImageSizeNeedsAnotherCameraInfo) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  const int before = poses_;
+  const CameraModel half = camera_.scaled(0.5);
+  const cv::Mat image = scene_.render(half, sideways_pose(0.6));
+  for (int i = 0; i < 65; ++i) step(image);
+  EXPECT_EQ(poses_, before);
+  EXPECT_EQ(health_.state, +health_t::STATE_WAITING);
+  EXPECT_NE(health_.reason.find("has not the size"), std::string::npos) << health_.reason;
+  send_camera(half);  // a different camera: a map of its own
+  for (int i = 1; i <= 40; ++i) step(scene_.render(half, sideways_pose(0.6 + 0.02 * i)));
+  EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+  EXPECT_NE(pose_.epoch, epoch);
+}
+
+TEST_F(SlamProcessTest, BlackImagesAreALossThatTheNextImageEnds) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  const cv::Mat black(480, 640, CV_8UC1, cv::Scalar::all(0));
+  for (int i = 0; i < 60; ++i) {
+    step(black);
+    ASSERT_EQ(pose_.state, +camera_pose_t::STATE_LOST);
+  }
+  EXPECT_EQ(health_.state, +health_t::STATE_DEGRADED);
+  EXPECT_NE(health_.reason.find("lost for 1."), std::string::npos) << health_.reason;
+  step(0.5);
+  expect_tracking_in(epoch);
+  wait(seconds(0.9));
+  EXPECT_EQ(metric("relocalisations"), 1);
+}
+
+TEST_F(SlamProcessTest, DamagedImagesAreRejected) {
+  start_map();
+  const int before = poses_;
+  image_t m{};
+  m.utime = world_.now().us + 1000;
+  m.width_px = 640;
+  m.height_px = 480;
+  m.encoding = image_t::ENCODING_JPEG;
+  m.data = {1, 2, 3};
+  m.n_data = 3;
+  send("IMAGE", m);
+  EXPECT_EQ(poses_, before);
+  sweep(0.6, 0.7, 6);
+  EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+}
+
+}  // namespace
+}  // namespace foresight
