@@ -143,7 +143,10 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   forget_peak();
   e.sequence = sequence.name;
   e.degradation = range.degradation.name;
-  Slam slam(degraded_camera(sequence.camera, range.degradation), options);
+  CameraModel camera = degraded_camera(sequence.camera, range.degradation);
+  camera.fx_px *= range.focal_factor;
+  camera.fy_px *= range.focal_factor;
+  Slam slam(camera, options);
   std::vector<double> track_ms, job_ms;
   std::map<int32_t, Time> keyframe_times;
   for (const PlayedImage& played : make_playlist(sequence, range.play, range.degradation)) {
@@ -174,6 +177,7 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   e.jobs = static_cast<int>(job_ms.size());
   e.peak_mb = peak_mb();
   e.statistics = slam.statistics();
+  e.warning = slam.warning();
   score(sequence, &e);
   const MapDelta snapshot = slam.snapshot();
   e.hash = hash_of(e.answers, snapshot);

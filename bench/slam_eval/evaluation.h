@@ -56,6 +56,7 @@ struct Evaluation {
   double job_ms_median = 0, job_ms_max = 0;
   int jobs = 0;
   SlamStatistics statistics;
+  std::string warning;
   Recovery recovery;
   DepthCheck depth;
   /// Of our live poses, and of the truth itself, over half a second (depth_transfer.h).
@@ -72,6 +73,7 @@ struct EvaluationRange {
   PlayRange play;
   Degradation degradation;
   bool verbose = false;
+  double focal_factor = 1;  // of the focal length that the core is given: a wrong camera file
 };
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
                     const EvaluationRange& range);

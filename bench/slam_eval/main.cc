@@ -82,6 +82,8 @@ int main(int argc, char** argv) {
   app.add_option("--frames", a.range.play.frames, "number of images; -1: all");
   app.add_option("--step", a.range.play.step, "take every so many images")
       ->check(CLI::PositiveNumber);
+  app.add_option("--focal-factor", a.range.focal_factor,
+                 "multiply the given focal length by this: a wrong camera file");
   app.add_flag("--verbose", a.range.verbose, "one line per image");
   app.add_option("--set", a.overrides, "option=value, see procs/slam/slam_options.h");
   return tool_main(app, argc, argv, [&] { return evaluate_all(a); });

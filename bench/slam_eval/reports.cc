@@ -67,6 +67,8 @@ void print(const Evaluation& e) {
       s.keyframes, s.points, s.published_points, s.losses, s.relocalisations, s.restarts);
   std::printf("  quality: %.2f 5th percentile of right poses, %.2f highest of those off by 10 cm\n",
               e.right_quality_p05, e.wrong_quality_max);
+  std::printf("  focal length as it fits best / as given: %.3f, cost ratio %.2f%s%s\n",
+              s.focal_factor, s.focal_cost_ratio, e.warning.empty() ? "" : "; ", e.warning.c_str());
   if (e.recovery.disturbances > 0) {
     std::printf("  recovery: %s; %d poses in black images\n", recovery_text(e.recovery).c_str(),
                 e.recovery.placed_in_black);
@@ -117,6 +119,8 @@ void write_json(const std::vector<Evaluation>& evaluations, const std::string& p
     add("losses", e.statistics.losses);
     add("relocalisations", e.statistics.relocalisations);
     add("restarts", e.statistics.restarts);
+    add("focal_factor", e.statistics.focal_factor);
+    add("focal_cost_ratio", e.statistics.focal_cost_ratio);
     add("disturbances", e.recovery.disturbances);
     add("returned", e.recovery.returned);
     add("returned_within_half_s", e.recovery.within_half_s);

@@ -44,40 +44,84 @@ class PoseManifold : public ceres::Manifold {
   bool MinusJacobian(const double*, double*) const override { return false; }
 };
 
+// scale_px · (factor · π(R X + t) − xy), and its derivatives; the last by the factor.
+struct Reprojection {
+  Vector2d residual;
+  Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_pose;
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+  Vector2d by_factor;
+};
+
+bool reproject(const BundleObservation& o, const double* pose, const double* point_in_map,
+               double factor, bool derivatives, Reprojection* out) {
+  const Eigen::Map<const Eigen::Quaterniond> q(pose);
+  const Eigen::Map<const Vector3d> t(pose + 4), point(point_in_map);
+  const Eigen::Matrix3d rotation = q.toRotationMatrix();
+  const Vector3d p = rotation * point + t;
+  if (p.z() < 1e-6) return false;
+  const double iz = 1 / p.z(), x = p.x() * iz, y = p.y() * iz;
+  out->residual = o.scale_px * (factor * Vector2d(x, y) - o.xy);
+  if (!derivatives) return true;
+  Eigen::Matrix<double, 2, 3> by_p;
+  by_p << iz, 0, -x * iz, 0, iz, -y * iz;
+  by_p *= factor * o.scale_px;
+  out->by_pose << by_p, -by_p * skew(p), Vector2d::Zero();
+  out->by_point = by_p * rotation;
+  out->by_factor = o.scale_px * Vector2d(x, y);
+  return true;
+}
+
 class ReprojectionCost : public ceres::SizedCostFunction<2, 7, 3> {
  public:
-  explicit ReprojectionCost(const BundleObservation& o) : xy_(o.xy), scale_px_(o.scale_px) {}
+  explicit ReprojectionCost(const BundleObservation& o) : observation_(o) {}
 
+  // A false answer makes the solver reject the step.
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Eigen::Map<const Eigen::Quaterniond> q(parameters[0]);
-    const Eigen::Map<const Vector3d> t(parameters[0] + 4), point(parameters[1]);
-    const Eigen::Matrix3d rotation = q.toRotationMatrix();
-    const Vector3d p = rotation * point + t;
-    if (p.z() < 1e-6) return false;  // the step is rejected
-    const double iz = 1 / p.z(), x = p.x() * iz, y = p.y() * iz;
-    Eigen::Map<Vector2d> residual(residuals);
-    residual = scale_px_ * (Vector2d(x, y) - xy_);
+    Reprojection r;
+    if (!reproject(observation_, parameters[0], parameters[1], 1, jacobians != nullptr, &r)) {
+      return false;
+    }
+    Eigen::Map<Vector2d>(residuals, 2) = r.residual;
     if (jacobians == nullptr) return true;
-    Eigen::Matrix<double, 2, 3> by_p;
-    by_p << iz, 0, -x * iz, 0, iz, -y * iz;
-    by_p *= scale_px_;
     if (jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> j(jacobians[0]);
-      j.leftCols<3>() = by_p;
-      j.middleCols<3>(3) = -by_p * skew(p);
-      j.col(6).setZero();
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>>(jacobians[0], 2, 7) = r.by_pose;
     }
     if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> j(jacobians[1]);
-      j = by_p * rotation;
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobians[1], 2, 3) = r.by_point;
     }
     return true;
   }
 
  private:
-  Vector2d xy_;
-  double scale_px_;
+  BundleObservation observation_;
+};
+
+class FocalReprojectionCost : public ceres::SizedCostFunction<2, 7, 3, 1> {
+ public:
+  explicit FocalReprojectionCost(const BundleObservation& o) : observation_(o) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    Reprojection r;
+    if (!reproject(observation_, parameters[0], parameters[1], parameters[2][0],
+                   jacobians != nullptr, &r)) {
+      return false;
+    }
+    Eigen::Map<Vector2d>(residuals, 2) = r.residual;
+    if (jacobians == nullptr) return true;
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>>(jacobians[0], 2, 7) = r.by_pose;
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobians[1], 2, 3) = r.by_point;
+    }
+    if (jacobians[2] != nullptr) Eigen::Map<Vector2d>(jacobians[2], 2) = r.by_factor;
+    return true;
+  }
+
+ private:
+  BundleObservation observation_;
 };
 
 PoseBlock block_from_pose(const Pose<Map, Cam>& map_from_cam) {
@@ -103,8 +147,9 @@ ceres::Solver::Options solver_options(const BundleProblem& problem) {
   return options;
 }
 
+// `factor` of the focal length: adjusted if given. The final robust cost goes to `cost`.
 bool solve(const BundleProblem& problem, std::vector<PoseBlock>* poses,
-           std::vector<Vector3d>* points) {
+           std::vector<Vector3d>* points, double* factor, double* cost) {
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -126,13 +171,22 @@ bool solve(const BundleProblem& problem, std::vector<PoseBlock>* poses,
     ceres_problem.AddParameterBlock(point.data(), 3);
     ordering->AddElementToGroup(point.data(), 0);
   }
+  if (factor != nullptr) {
+    ceres_problem.AddParameterBlock(factor, 1);
+    ordering->AddElementToGroup(factor, 1);
+  }
   for (const BundleObservation& o : problem.observations) {
-    ceres_problem.AddResidualBlock(new ReprojectionCost(o), &loss,
-                                   (*poses)[static_cast<size_t>(o.keyframe_index)].data(),
-                                   (*points)[static_cast<size_t>(o.point_index)].data());
+    double* pose = (*poses)[static_cast<size_t>(o.keyframe_index)].data();
+    double* point = (*points)[static_cast<size_t>(o.point_index)].data();
+    if (factor != nullptr) {
+      ceres_problem.AddResidualBlock(new FocalReprojectionCost(o), &loss, pose, point, factor);
+    } else {
+      ceres_problem.AddResidualBlock(new ReprojectionCost(o), &loss, pose, point);
+    }
   }
   ceres::Solver::Summary summary;
   ceres::Solve(options, &ceres_problem, &summary);
+  *cost = summary.final_cost;
   return summary.IsSolutionUsable();
 }
 
@@ -177,7 +231,9 @@ BundleSolution adjust_bundle(const BundleProblem& problem) {
   BundleSolution solution;
   solution.keyframes = problem.keyframes;
   solution.points = problem.points;
-  solution.usable = !problem.observations.empty() && solve(problem, &poses, &points);
+  double cost;
+  solution.usable =
+      !problem.observations.empty() && solve(problem, &poses, &points, nullptr, &cost);
   if (!solution.usable) return solution;
   for (size_t i = 0; i < poses.size(); ++i) {
     if (problem.keyframes[i].role == BundleRole::kAdjusted) {
@@ -190,6 +246,22 @@ BundleSolution adjust_bundle(const BundleProblem& problem) {
   }
   judge_observations(problem, &solution);
   return solution;
+}
+
+FocalCheck check_focal_length(BundleProblem problem) {
+  FocalCheck check;
+  if (problem.observations.empty()) return check;
+  std::vector<PoseBlock> poses;
+  std::vector<Vector3d> points;
+  for (const BundleKeyframe& k : problem.keyframes) {
+    poses.push_back(block_from_pose(k.map_from_cam));
+  }
+  for (const BundlePoint& p : problem.points) points.push_back(p.position_in_map);
+  double given_cost, best_cost;
+  check.usable = solve(problem, &poses, &points, nullptr, &given_cost) &&
+                 solve(problem, &poses, &points, &check.factor, &best_cost) && given_cost > 0;
+  if (check.usable) check.cost_ratio = best_cost / given_cost;
+  return check;
 }
 
 }  // namespace foresight::slam

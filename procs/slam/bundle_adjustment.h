@@ -55,4 +55,14 @@ struct BundleSolution {
 
 BundleSolution adjust_bundle(const BundleProblem& problem);
 
+/// What the observations say of the focal length. Turning and walking through a scene shows it; a
+/// camera that only slides sideways does not (then both costs are about equal).
+struct FocalCheck {
+  bool usable = false;
+  double factor = 1;      // true focal length / the given one, as it fits best
+  double cost_ratio = 1;  // cost with that factor / with the given focal length
+};
+/// Adjusts everything twice, the second time with a common factor on all projections.
+FocalCheck check_focal_length(BundleProblem problem);
+
 }  // namespace foresight::slam

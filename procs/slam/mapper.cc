@@ -23,8 +23,9 @@ constexpr double kOccupied_px = 9;
 constexpr int kSimilarViewDeg = 40;
 constexpr double kSameDirectionDeg = 15;  // for culling
 constexpr int kSeedViews = 3;             // keyframes in which new seeds are searched at once
-constexpr int kReviewImages = 30;         // at least so often points are reviewed
-constexpr int kManyPredictions = 30;      // after so many a point has shown what it is worth
+constexpr size_t kFocalKeyframes = 16, kFocalPoints = 500;
+constexpr int kReviewImages = 30;     // at least so often points are reviewed
+constexpr int kManyPredictions = 30;  // after so many a point has shown what it is worth
 constexpr double kHardlyFound = 0.5;
 constexpr int kMisfitObservations = 4;
 constexpr double kMisfitRatio = 3.5;     // rms error / the median point's
@@ -440,6 +441,40 @@ BundleProblem Mapper::bundle_problem(const SlamMap& map) const {
     const Point& point = *map.point(id);
     const auto point_index = static_cast<int32_t>(problem.points.size());
     problem.points.push_back({id, point.position_in_map});
+    for (const Observation& o : point.observations) {
+      const auto it = index.find(o.keyframe_id);
+      if (it == index.end()) continue;
+      problem.observations.push_back(
+          {it->second, point_index, o.xy, camera_.fx_px / level_scale(o.level)});
+    }
+  }
+  return problem;
+}
+
+BundleProblem Mapper::focal_problem(const SlamMap& map) const {
+  std::map<int32_t, int32_t> index;
+  BundleProblem problem;
+  problem.max_iterations = options_.bundle_iterations;
+  const size_t stride = std::max<size_t>(1, map.keyframes().size() / kFocalKeyframes);
+  size_t n = 0;
+  for (const auto& [id, k] : map.keyframes()) {
+    if (n++ % stride != 0) continue;
+    index[id] = static_cast<int32_t>(problem.keyframes.size());
+    const BundleRole role = index.size() == 1 ? BundleRole::kFixed : BundleRole::kAdjusted;
+    problem.keyframes.push_back({id, role, k.map_from_cam});
+  }
+  std::vector<const Point*> candidates;
+  for (const auto& [id, point] : map.points()) {
+    const auto seen =
+        std::count_if(point.observations.begin(), point.observations.end(),
+                      [&](const Observation& o) { return index.contains(o.keyframe_id); });
+    if (point.confirmed && seen >= options_.point_confirm_keyframes) candidates.push_back(&point);
+  }
+  const size_t every = std::max<size_t>(1, candidates.size() / kFocalPoints);
+  for (size_t i = 0; i < candidates.size(); i += every) {
+    const Point& point = *candidates[i];
+    const auto point_index = static_cast<int32_t>(problem.points.size());
+    problem.points.push_back({point.id, point.position_in_map});
     for (const Observation& o : point.observations) {
       const auto it = index.find(o.keyframe_id);
       if (it == index.end()) continue;

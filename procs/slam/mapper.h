@@ -43,6 +43,8 @@ class Mapper {
   void add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map);
 
   BundleProblem bundle_problem(const SlamMap& map) const;
+  /// Keyframes spread over the whole map and some of their points, for check_focal_length().
+  BundleProblem focal_problem(const SlamMap& map) const;
   /// Returns how the map moved around the newest adjusted keyframe.
   Pose<Map, Map> apply(const BundleProblem& problem, const BundleSolution& solution, SlamMap* map);
 

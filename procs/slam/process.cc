@@ -163,10 +163,14 @@ void SlamProcess::publish_health(const TrackingResult& result) {
   node_.set_metric("losses", s.losses);
   node_.set_metric("relocalisations", s.relocalisations);
   node_.set_metric("restarts", s.restarts);
+  node_.set_metric("focal_factor", s.focal_factor);
   node_.set_metric("quality", result.quality);
   switch (result.state) {
-    case TrackingState::kTracking:
-      return node_.set_state(ProcessState::kOk, "");
+    case TrackingState::kTracking: {
+      const std::string warning = slam_->warning();
+      return node_.set_state(warning.empty() ? ProcessState::kOk : ProcessState::kDegraded,
+                             warning);
+    }
     case TrackingState::kInitialising:
       return node_.set_state(ProcessState::kWaiting, "initialising: " + result.reason);
     case TrackingState::kLost:

@@ -62,6 +62,9 @@ struct SlamStatistics {
   int losses = 0;
   int relocalisations = 0;
   int restarts = 0;
+  // The last check of the focal length, from the map itself; 1 before there was one.
+  double focal_factor = 1;      // as it fits best / as the camera file gives it
+  double focal_cost_ratio = 1;  // cost of the map with the best factor / with the given one
 };
 
 /// Slow work: owns copies of all it needs. Opaque; move it to Slam::run() on any thread.
@@ -110,6 +113,9 @@ class Slam {
   void apply(MappingResult result);  // tolerates a map that changed or restarted since
 
   SlamStatistics statistics() const;
+  /// What is wrong though it tracks, for people; empty if nothing is known to be: the map says that
+  /// the focal length is not as given.
+  std::string warning() const;
 
  private:
   class Impl;

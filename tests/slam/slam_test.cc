@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <set>
@@ -125,6 +126,33 @@ TEST_F(SlamTest, AForeignSceneIsNotTakenForTheMap) {
     const TrackingResult r = step(&slam, foreign.render(camera_, sideways_pose(0.6)));
     EXPECT_EQ(r.state, TrackingState::kLost);
     EXPECT_LT(r.quality, 0.25);
+  }
+}
+
+// Looking about while walking shows the focal length.
+Pose<World, Cam> winding_pose(double t) {
+  const Eigen::Vector3d turn(0.15 * std::sin(5 * t), 0.3 * std::sin(8 * t), 0.2 * std::sin(3 * t));
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm() + 1e-12,
+                                               (turn + Eigen::Vector3d(0, 0, 1e-12)).normalized())),
+          {0.8 * t, 0.15 * std::sin(6 * t), 0.5 * std::sin(2 * t)}};
+}
+
+TEST_F(SlamTest, NamesAFocalLengthThatIsNotTheOneGiven) {
+  for (const double factor : {1.0, 0.8}) {
+    CameraModel given = camera_;
+    given.fx_px *= factor;
+    given.fy_px *= factor;
+    Slam slam(given, SlamOptions{});
+    for (int i = 0; i < 120; ++i) {
+      (void)step(&slam, scene_.render(camera_, winding_pose(i / 100.0)));
+    }
+    if (factor == 1) {
+      EXPECT_EQ(slam.warning(), "");
+      EXPECT_NEAR(slam.statistics().focal_factor, 1, 0.02);
+    } else {
+      EXPECT_NE(slam.warning().find("focal length is"), std::string::npos);
+      EXPECT_NEAR(slam.statistics().focal_factor, 1.25, 0.06);
+    }
   }
 }
 
