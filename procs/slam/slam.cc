@@ -24,6 +24,8 @@ using slam::TrackingAttempt;
 
 namespace {
 constexpr Duration kClockJump = seconds(1);  // older images than by that: the camera's clock is new
+constexpr int kRivalEvery = 5;         // doubtful images, from one look for rivals to the next
+constexpr double kRivalMargin = 0.15;  // of quality
 constexpr int kFirstFocalCheck = 5, kFocalCheckKeyframes = 12;  // keyframes until the next check
 // With the right focal length factor and cost ratio came out within 0.006 of 1 on all sequences;
 // with one that is 20 % off, 0.14 and more away, at cost ratios of 0.3 to 0.72; a map too small to
@@ -93,6 +95,7 @@ class Slam::Impl {
   void follow(const Frame& frame, TrackingResult* result);
   void search_again(const Frame& frame, TrackingResult* result);
   bool good_enough(const TrackingAttempt& attempt) const;
+  TrackingAttempt rival_of(const Frame& frame, const TrackingAttempt& tried);
   bool good_to_relocalise(const TrackingAttempt& attempt) const;
   TrackingAttempt attempt(const Frame& frame, const Pose<Map, Cam>& pose, SearchWidth width) const;
   TrackingAttempt best_attempt(const Frame& frame, const std::vector<Pose<Map, Cam>>& poses) const;
@@ -112,7 +115,8 @@ class Slam::Impl {
   TrackingState state_ = TrackingState::kInitialising;
   std::optional<Time> last_time_;
   Time lost_since_;
-  int good_frames_ = 0;  // in a row
+  int good_frames_ = 0;      // in a row
+  int doubtful_frames_ = 0;  // in a row
   bool bundle_wanted_ = false;
   int keyframes_to_check_ = kFirstFocalCheck;  // of the focal length
   std::string reset_reason_;
@@ -192,7 +196,7 @@ bool Slam::Impl::good_enough(const TrackingAttempt& attempt) const {
 }
 
 bool Slam::Impl::good_to_relocalise(const TrackingAttempt& attempt) const {
-  return attempt.quality >= options_.relocalise_min_inlier_ratio &&
+  return attempt.quality >= options_.relocalise_min_quality &&
          attempt.inliers.size() >= static_cast<size_t>(options_.relocalise_min_inliers);
 }
 
@@ -216,16 +220,38 @@ void Slam::Impl::follow(const Frame& frame, TrackingResult* result) {
     TrackingAttempt wide = attempt(frame, predicted, SearchWidth::kWide);
     if (wide.quality > tried.quality) tried = std::move(wide);
   }
-  report(tried, result);
   if (good_enough(tried)) {
+    if (TrackingAttempt rival = rival_of(frame, tried); rival.quality > tried.quality) {
+      tried = std::move(rival);
+      ++counters_.losses;
+      ++counters_.relocalisations;
+      result->relocalised = true;
+      good_frames_ = 0;
+      motion_.forget();
+    }
+    report(tried, result);
     accept(frame, tried, result);
     return;
   }
+  report(tried, result);
   state_ = TrackingState::kLost;
   lost_since_ = frame.time;
   ++counters_.losses;
   good_frames_ = 0;
   search_again(frame, result);
+}
+
+// Few of the expected points: the image may be blurred, or it is of a place that merely looks like
+// the one before, after a cut or a jerk. Then another place claims it with far more points.
+TrackingAttempt Slam::Impl::rival_of(const Frame& frame, const TrackingAttempt& tried) {
+  if (tried.quality >= options_.doubtful_quality) {
+    doubtful_frames_ = 0;
+    return {};
+  }
+  if (doubtful_frames_++ % kRivalEvery != 0) return {};
+  TrackingAttempt rival = best_attempt(frame, relocalizer_.similar_views(map_, frame.thumbnail));
+  const bool wins = good_to_relocalise(rival) && rival.quality > tried.quality + kRivalMargin;
+  return wins ? rival : TrackingAttempt{};
 }
 
 TrackingAttempt Slam::Impl::best_attempt(const Frame& frame,

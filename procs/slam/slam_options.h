@@ -11,10 +11,11 @@ struct SlamOptions {
   double init_max_rms_px = 1.0;         // reprojection error of the adjusted first map
 
   // --- tracking
-  int max_tracked_points = 700;  // searched per image; each about 2 µs and its projection
-  double min_quality = 0.3;      // below: lost
-  int min_found_points = 25;     // below: lost
-  double min_zncc = 0.75;        // correlation of a patch that counts as found; 0…1
+  int max_tracked_points = 700;    // searched per image; each about 2 µs and its projection
+  double min_quality = 0.3;        // below: lost
+  double doubtful_quality = 0.55;  // below: other places in the map may claim the image
+  int min_found_points = 25;       // below: lost
+  double min_zncc = 0.75;          // correlation of a patch that counts as found; 0…1
   double max_reprojection_error_px = 2.5;  // of an inlier, at the pyramid level of the search
 
   // --- keyframes
@@ -40,7 +41,7 @@ struct SlamOptions {
   double delta_threshold_px = 0.5;  // smaller moves, as seen in the image, are not sent again
 
   // --- after a loss
-  double relocalise_min_inlier_ratio = 0.3;  // found / predicted
+  double relocalise_min_quality = 0.55;  // a repeating pattern reaches 0.5 in a wrong place
   int relocalise_min_inliers = 40;
   double restart_after_s = 4;  // lost for so long with a tiny map: start a new one
   int tiny_map_keyframes = 8;  // "tiny"

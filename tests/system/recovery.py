@@ -1,6 +1,7 @@
 """For the tests that kill each process of a deployed swarm in turn."""
 import os
 import signal
+import time
 import unittest
 
 from swarm import Monitor, Swarm, wait_for
@@ -33,6 +34,21 @@ class RecoveryCase(unittest.TestCase):
         self.wait(lambda: self.monitor.state("renderer") == "OK", "the renderer shows a prediction")
         self.wait(lambda: all(self.monitor.state(n) == "OK" for n in self.WELL),
                   "all are well")
+
+    def stop_for(self, name, stop_s, channel):
+        """SIGSTOP, and SIGCONT after a while; waits until the process works on new messages."""
+        self.wait_until_all_work()
+        before = self.swarm.pids()
+        os.kill(before[name], signal.SIGSTOP)
+        time.sleep(stop_s)
+        mark = self.messages(name, channel)
+        os.kill(before[name], signal.SIGCONT)
+        self.wait(lambda: self.messages(name, channel) > mark + 5, f"{name} works again")
+        self.wait_until_all_work()
+        self.assertEqual(self.swarm.pids(), before)
+
+    def metric(self, process, name):
+        return self.monitor.process(process)["metrics"][name]
 
     def kill(self, name, *streams):
         """SIGKILL; waits for the successor's report and checks that nobody else was replaced and

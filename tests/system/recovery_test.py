@@ -32,6 +32,12 @@ class Recovery(RecoveryCase):
         self.kill("slam", ("carver", "MAP_DELTA", "robot"), ("mesher", "CARVING_DELTA", "robot"),
                   ("renderer", "MESH", "operator"), ("renderer", "VIEW", "operator"))
 
+    def test_slam_keeps_its_map_while_stopped(self):
+        self.wait_until_all_work()
+        restarts = self.metric("slam", "restarts")
+        self.stop_for("slam", 2, "IMAGE")
+        self.assertEqual(self.metric("slam", "restarts"), restarts)
+
     def test_carver_is_given_the_whole_map(self):
         self.kill("carver", ("carver", "MAP_DELTA", "robot"), ("mesher", "CARVING_DELTA", "robot"),
                   ("renderer", "MESH", "operator"))
