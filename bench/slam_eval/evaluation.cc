@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <opencv2/core.hpp>
@@ -14,6 +15,7 @@
 
 #include "bench/slam_eval/score.h"
 #include "common/errors.h"
+#include "procs/slam/map_folder.h"
 
 namespace foresight {
 namespace {
@@ -115,6 +117,26 @@ void compare_transfer(const Sequence& sequence, const std::map<Time, Pose<Map, C
   e->truth_transfer = results[1];
 }
 
+// The map as a folder, and the live poses in TUM's format (camera to map, map units; "time tx ty tz
+// qx qy qz qw"), those of the last epoch.
+void save(const Slam& slam, const Evaluation& e, const std::string& folder) {
+  std::filesystem::create_directories(folder);
+  write_map_folder(slam.stored_map(), folder + "/map");
+  const std::string path = folder + "/trajectory.txt";
+  FILE* file = std::fopen(path.c_str(), "w");
+  if (file == nullptr) throw UnavailableError(path + ": cannot be written");
+  std::fprintf(file, "# timestamp tx ty tz qx qy qz qw\n");
+  for (const Answer& a : e.answers) {
+    if (a.state != TrackingState::kTracking || a.epoch != slam.epoch()) continue;
+    const Eigen::Vector3d& t = a.map_from_cam.translation();
+    const Eigen::Quaterniond& q = a.map_from_cam.rotation();
+    std::fprintf(file, "%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
+                 static_cast<double>(a.played.time.us) * 1e-6, t.x(), t.y(), t.z(), q.x(), q.y(),
+                 q.z(), q.w());
+  }
+  if (std::fclose(file) != 0) throw UnavailableError(path + ": cannot be written");
+}
+
 double median_over(const std::vector<Evaluation>& runs, double Evaluation::*member) {
   std::vector<double> values;
   for (const Evaluation& e : runs) values.push_back(e.*member);
@@ -179,6 +201,9 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   e.statistics = slam.statistics();
   e.warning = slam.warning();
   score(sequence, &e);
+  if (!range.save_folder.empty()) {
+    save(slam, e, range.save_folder + "/" + e.sequence + "_" + e.degradation);
+  }
   const MapDelta snapshot = slam.snapshot();
   e.hash = hash_of(e.answers, snapshot);
   if (sequence.depth_scale > 0) {

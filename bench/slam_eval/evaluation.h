@@ -73,6 +73,7 @@ struct EvaluationRange {
   PlayRange play;
   Degradation degradation;
   bool verbose = false;
+  std::string save_folder;  // for the map and the trajectory; empty: not saved
   double focal_factor = 1;  // of the focal length that the core is given: a wrong camera file
 };
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,

@@ -48,16 +48,26 @@ std::string row(const Evaluation& e) {
                 e.peak_mb, losses.c_str());
 }
 
+void print_errors(const Evaluation& e) {
+  std::printf("  ATE %.2f cm (max %.1f; %d over 5 cm, %d over 10 cm)", 100 * e.ate_rmse_m,
+              100 * e.ate_max_m, e.wrong_by_5_cm, e.wrong_by_10_cm);
+  if (e.rpe_rmse_m >= 0) {
+    std::printf(", RPE over 1 s %.2f cm, %.2f deg", 100 * e.rpe_rmse_m, e.rpe_rmse_deg);
+  }
+  std::printf("\n");
+}
+
 }  // namespace
 
 void print(const Evaluation& e) {
   const SlamStatistics& s = e.statistics;
-  std::printf("%s: tracked %.1f %% of %d, first pose frame %d (%.2f s)\n", label(e).c_str(),
-              100 * e.tracked_fraction, e.frames, e.first_frame, e.init_s);
-  std::printf(
-      "  ATE %.2f cm (max %.1f; %d over 5 cm, %d over 10 cm), RPE over 1 s %.2f cm, %.2f deg\n",
-      100 * e.ate_rmse_m, 100 * e.ate_max_m, e.wrong_by_5_cm, e.wrong_by_10_cm, 100 * e.rpe_rmse_m,
-      e.rpe_rmse_deg);
+  if (e.first_frame < 0) {
+    std::printf("%s: never placed in %d images\n", label(e).c_str(), e.frames);
+  } else {
+    std::printf("%s: tracked %.1f %% of %d, first pose frame %d (%.2f s)\n", label(e).c_str(),
+                100 * e.tracked_fraction, e.frames, e.first_frame, e.init_s);
+  }
+  if (e.ate_rmse_m >= 0) print_errors(e);
   std::printf(
       "  track %.1f ms median, %.1f p95, %.0f max; %d jobs %.0f ms median, %.0f max; %.0f MB\n",
       e.track_ms_median, e.track_ms_p95, e.track_ms_max, e.jobs, e.job_ms_median, e.job_ms_max,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "common/params.h"
 #include "procs/slam/slam_options.h"
 
@@ -9,6 +11,7 @@ struct SlamParams {
   SlamOptions options;
   double view_rate_hz = 30;
   double mapping_cost_s = 0.1;
+  std::string map_folder;
 
   template <class V>
   void visit(V& v) {
@@ -44,6 +47,8 @@ struct SlamParams {
        .doc = "points that moved less, as seen in the image, are not sent again"});
     v("view_rate_hz", view_rate_hz,
       {.unit = "Hz", .min = 0.1, .max = 1000, .doc = "VIEW messages per second at most"});
+    v("map_folder", map_folder,
+      {.doc = "a saved map to start with (slam-map save); empty: start from nothing"});
     v("mapping_cost_s", mapping_cost_s,
       {.unit = "s",
        .min = 0,

@@ -2,6 +2,7 @@
 
 #include "common/image_codec.h"
 #include "common/messages.h"
+#include "procs/slam/map_folder.h"
 
 namespace foresight {
 
@@ -15,6 +16,7 @@ SlamProcess::SlamProcess(Node& node, const SlamParams& params)
       deltas_(node.advertise<map_delta_t>(
                   {.channel = "MAP_DELTA", .doc = "changed keyframes, points and observations"}),
               node.now()) {
+  if (!params.map_folder.empty()) start_map_ = read_map_folder(params.map_folder);
   node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"},
                                 Queue::kLatest,
                                 [this](const camera_info_t& m) { on_camera_info(m); });
@@ -43,6 +45,17 @@ void SlamProcess::on_camera_info(const camera_info_t& message) {
   slam_ = std::make_unique<Slam>(*camera_, params_.options);
   core_epoch_ = -1;
   ++generation_;
+  if (start_map_) take_over(*start_map_, params_.map_folder);
+  start_map_.reset();
+}
+
+void SlamProcess::take_over(const StoredMap& stored, const std::string& folder) {
+  if (stored.camera == *camera_) {
+    file_trouble_.clear();
+    slam_->restore(stored);
+  } else {
+    file_trouble_ = folder + ": a map of another camera";
+  }
 }
 
 void SlamProcess::on_image(const image_t& message) {
@@ -76,9 +89,19 @@ void SlamProcess::reject(const char* why) {
 }
 
 void SlamProcess::on_command(const slam_command_t& command) {
-  if (command.command == slam_command_t::COMMAND_RESET_MAP && slam_) {
-    slam_->reset("reset by command");
+  if (command.command == slam_command_t::COMMAND_RESET_MAP) {
+    if (slam_) slam_->reset("reset by command");
+    return;
   }
+  const bool is_file_order = command.command == slam_command_t::COMMAND_SAVE_MAP ||
+                             command.command == slam_command_t::COMMAND_LOAD_MAP;
+  if (!is_file_order) return node_.reject_message("SLAM_COMMAND", "is no order that slam knows");
+  if (!slam_) return node_.reject_message("SLAM_COMMAND", "comes before CAMERA_INFO");
+  if (!command.folder.starts_with("/")) {
+    return node_.reject_message("SLAM_COMMAND", "needs an absolute folder");
+  }
+  file_order_ = command;
+  continue_mapping();
 }
 
 void SlamProcess::on_request(const snapshot_request_t& request) {
@@ -136,7 +159,7 @@ void SlamProcess::publish_delta() {
 }
 
 void SlamProcess::continue_mapping() {
-  if (node_.job_running()) return;
+  if (node_.job_running() || start_file_job()) return;
   auto job = slam_->take_job();
   if (!job) return;
   // std::function copies its callable, a MappingJob cannot be copied: shared pointers carry it.
@@ -155,6 +178,35 @@ void SlamProcess::continue_mapping() {
   static_cast<void>(started);  // job_running() was asked above
 }
 
+// Reading and writing a map folder takes a second: beside the loop. True if one was started.
+bool SlamProcess::start_file_job() {
+  if (!file_order_) return false;
+  const slam_command_t order = *file_order_;
+  file_order_.reset();
+  const bool save = order.command == slam_command_t::COMMAND_SAVE_MAP;
+  auto map = std::make_shared<StoredMap>();
+  if (save) *map = slam_->stored_map();
+  return node_.run_beside(
+      [this, map, order, save, generation = generation_]() -> std::function<void()> {
+        std::string trouble;
+        try {
+          if (save) {
+            write_map_folder(*map, order.folder);
+          } else {
+            *map = read_map_folder(order.folder);
+          }
+        } catch (const StartupError& error) {
+          trouble = error.what();
+        }
+        return [this, map, order, save, trouble, generation] {
+          file_trouble_ = trouble;
+          if (!save && trouble.empty() && generation == generation_) take_over(*map, order.folder);
+          continue_mapping();
+        };
+      },
+      seconds(1));
+}
+
 void SlamProcess::publish_health(const TrackingResult& result) {
   const SlamStatistics s = slam_->statistics();
   node_.set_metric("keyframes", s.keyframes);
@@ -167,7 +219,7 @@ void SlamProcess::publish_health(const TrackingResult& result) {
   node_.set_metric("quality", result.quality);
   switch (result.state) {
     case TrackingState::kTracking: {
-      const std::string warning = slam_->warning();
+      const std::string warning = file_trouble_.empty() ? slam_->warning() : file_trouble_;
       return node_.set_state(warning.empty() ? ProcessState::kOk : ProcessState::kDegraded,
                              warning);
     }

@@ -15,6 +15,7 @@
 #include "foresight/view_t.hpp"
 #include "procs/slam/params.h"
 #include "procs/slam/slam.h"
+#include "procs/slam/stored_map.h"
 
 namespace foresight {
 
@@ -37,6 +38,8 @@ class SlamProcess : public Process {
   void publish_view(const image_t& image, const camera_pose_t& pose, bool is_keyframe);
   void update_epoch(Time time);
   void continue_mapping();
+  bool start_file_job();
+  void take_over(const StoredMap& stored, const std::string& folder);
   void publish_delta();
   void publish_health(const TrackingResult& result);
 
@@ -54,6 +57,9 @@ class SlamProcess : public Process {
   Time data_time_, last_image_, last_view_;  // the camera's clock
   Time last_arrival_, last_rejection_;       // ours
   std::string rejection_;
+  std::optional<StoredMap> start_map_;        // params' map_folder, until the camera is known
+  std::optional<slam_command_t> file_order_;  // save or load, waiting for the worker
+  std::string file_trouble_;                  // of the last one, for the health
 };
 
 }  // namespace foresight

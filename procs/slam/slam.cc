@@ -83,6 +83,8 @@ class Slam::Impl {
   void apply(MappingResult result);
   SlamStatistics statistics() const;
   std::string warning() const;
+  StoredMap stored_map() const;
+  void restore(const StoredMap& stored);
 
   slam::PublishedMap& deltas() { return deltas_; }
   slam::SlamMap& map() { return map_; }
@@ -120,6 +122,7 @@ class Slam::Impl {
   bool bundle_wanted_ = false;
   int keyframes_to_check_ = kFirstFocalCheck;  // of the focal length
   std::string reset_reason_;
+  bool is_restored_ = false;  // the map was stored: never given up
   SlamStatistics counters_;
 };
 
@@ -152,6 +155,7 @@ TrackingResult Slam::Impl::track(Time time, const GrayImageView& image) {
     motion_.forget();
     lost_since_ = time;
   }
+  if (!last_time_) lost_since_ = time;
   last_time_ = time;
   Frame frame;
   frame.time = time;
@@ -292,7 +296,7 @@ void Slam::Impl::search_again(const Frame& frame, TrackingResult* result) {
   std::snprintf(text, sizeof text, "lost for %.1f s; found %d of %d points", lost_s,
                 result->points_found, result->points_predicted);
   result->reason = text;
-  if (lost_s > options_.restart_after_s &&
+  if (!is_restored_ && lost_s > options_.restart_after_s &&
       map_.keyframes().size() <= static_cast<size_t>(options_.tiny_map_keyframes)) {
     reset("lost a tiny map");
     result->reason = reset_reason_;
@@ -338,6 +342,7 @@ void Slam::Impl::reset(const std::string& reason) {
   keyframes_to_check_ = kFirstFocalCheck;
   counters_.focal_factor = counters_.focal_cost_ratio = 1;
   reset_reason_ = reason;
+  is_restored_ = false;
   ++epoch_;
   ++counters_.restarts;
 }
@@ -384,6 +389,69 @@ void Slam::Impl::apply(MappingResult result) {
   }
 }
 
+StoredMap Slam::Impl::stored_map() const {
+  StoredMap stored;
+  stored.camera = camera_;
+  for (const auto& [id, k] : map_.keyframes()) {
+    stored.keyframes.push_back({id, k.time, k.map_from_cam, k.median_depth, k.pyramid.levels[0]});
+  }
+  for (const auto& [id, p] : map_.points()) {
+    StoredMap::Point point;
+    point.id = id;
+    point.position_in_map = p.position_in_map;
+    point.source_keyframe_id = p.source.keyframe_id;
+    point.confirmed = p.confirmed;
+    point.predicted_count = p.predicted_count;
+    point.found_count = p.found_count;
+    for (const slam::Observation& o : p.observations) {
+      point.observations.push_back({o.keyframe_id, o.level, o.pixel});
+    }
+    stored.points.push_back(std::move(point));
+  }
+  return stored;
+}
+
+void Slam::Impl::restore(const StoredMap& stored) {
+  reset("loaded a map");
+  reset_reason_.clear();
+  for (const StoredMap::Keyframe& k : stored.keyframes) {
+    slam::Keyframe keyframe;
+    keyframe.id = k.id;
+    keyframe.time = k.time;
+    keyframe.map_from_cam = k.map_from_cam;
+    keyframe.median_depth = k.median_depth;
+    keyframe.pyramid = slam::build_pyramid(
+        {k.image.data, k.image.cols, k.image.rows, static_cast<int>(k.image.step[0])});
+    keyframe.thumbnail = slam::make_thumbnail(keyframe.pyramid);
+    map_.restore_keyframe(std::move(keyframe));
+  }
+  for (const StoredMap::Point& p : stored.points) {
+    slam::Point point;
+    point.id = p.id;
+    point.position_in_map = p.position_in_map;
+    point.confirmed = p.confirmed;
+    point.predicted_count = p.predicted_count;
+    point.found_count = p.found_count;
+    point.born_keyframe_id = p.source_keyframe_id;
+    std::optional<slam::Corner> source;
+    for (const StoredMap::Observation& o : p.observations) {
+      point.observations.push_back({o.keyframe_id, o.level, o.pixel, camera_.unproject(o.pixel)});
+      if (o.keyframe_id == p.source_keyframe_id) {
+        source = slam::make_corner(camera_, o.keyframe_id, {o.pixel, o.level});
+      }
+    }
+    if (!source) continue;
+    point.source = *source;
+    map_.restore_point(std::move(point));
+  }
+  motion_.update(stored.keyframes.back().time, map_.newest_keyframe().thumbnail,
+                 stored.keyframes.back().map_from_cam);
+  motion_.forget();
+  is_restored_ = true;
+  state_ = TrackingState::kLost;
+  lost_since_ = last_time_.value_or(Time{});
+}
+
 std::string Slam::Impl::warning() const {
   const bool off = std::abs(counters_.focal_factor - 1) > kFocalTolerance &&
                    counters_.focal_cost_ratio < kFocalEvidence;
@@ -416,6 +484,8 @@ TrackingResult Slam::track(Time time, const GrayImageView& image) {
 }
 MapDelta Slam::take_delta() { return impl_->deltas().take(&impl_->map()); }
 MapDelta Slam::snapshot() const { return impl_->deltas().snapshot(); }
+StoredMap Slam::stored_map() const { return impl_->stored_map(); }
+void Slam::restore(const StoredMap& stored) { impl_->restore(stored); }
 int Slam::epoch() const { return impl_->epoch(); }
 void Slam::reset(const std::string& reason) { impl_->reset(reason); }
 std::optional<MappingJob> Slam::take_job() { return impl_->take_job(); }

@@ -30,6 +30,7 @@
 #include "common/time.h"
 #include "procs/slam/gray_image_view.h"
 #include "procs/slam/slam_options.h"
+#include "procs/slam/stored_map.h"
 
 namespace foresight {
 
@@ -102,6 +103,11 @@ class Slam {
   [[nodiscard]] MapDelta take_delta();
   /// The whole map as a receiver of all deltas of this epoch knows it.
   [[nodiscard]] MapDelta snapshot() const;
+  /// The whole map, those on probation included; images are shared.
+  StoredMap stored_map() const;
+  /// Takes a stored map of the same camera in the place of the present one: a new epoch, lost until
+  /// an image is found in it. Such a map is never given up by itself.
+  void restore(const StoredMap& stored);
   /// Changes when the map restarts. The deltas of a new epoch start from an empty map.
   int epoch() const;
   /// Forgets the map and initialises again; the next results carry `reason` until there is news.

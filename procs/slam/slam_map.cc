@@ -58,6 +58,23 @@ int32_t SlamMap::add_point(const Eigen::Vector3d& position_in_map, const Corner&
   return id;
 }
 
+void SlamMap::restore_keyframe(Keyframe keyframe) {
+  FORESIGHT_CHECK(keyframe.id >= next_keyframe_id_ && keyframe.point_ids.empty());
+  next_keyframe_id_ = keyframe.id;
+  add_keyframe(std::move(keyframe));
+}
+
+void SlamMap::restore_point(Point point) {
+  FORESIGHT_CHECK(point.id >= next_point_id_ && keyframes_.contains(point.source.keyframe_id));
+  next_point_id_ = point.id + 1;
+  for (const Observation& o : point.observations) {
+    keyframes_.at(o.keyframe_id).point_ids.insert(point.id);
+  }
+  touched_.points.insert(point.id);
+  const int32_t id = point.id;
+  points_.emplace(id, std::move(point));
+}
+
 Point& SlamMap::point_ref(int32_t id) {
   const auto it = points_.find(id);
   FORESIGHT_CHECK(it != points_.end());

@@ -71,6 +71,10 @@ class SlamMap {
 
   int32_t add_keyframe(Keyframe keyframe);  // gives it the next id
   int32_t add_point(const Eigen::Vector3d& position_in_map, const Corner& source);
+  /// With ids of their own, larger than all before: a stored map's. The observers of the point have
+  /// to be there.
+  void restore_keyframe(Keyframe keyframe);
+  void restore_point(Point point);
   void remove_point(int32_t id);
   /// With its observations; no point may have it as its source.
   void remove_keyframe(int32_t id);

@@ -26,7 +26,7 @@ const std::map<std::string, std::string> kExpected = {
     {"link_stats_t", "33d8521290e98cbe"},    {"map_delta_t", "cec5996ce665af31"},
     {"mesh_t", "db53bd41c5619cce"},          {"pendant_t", "51dbce493cb0bef2"},
     {"port_health_t", "81439b9c989d0cc2"},   {"sim_clock_t", "4d0d41c1f105b12f"},
-    {"slam_command_t", "622b926a802c232d"},  {"snapshot_request_t", "6dcd978c7ee419ca"},
+    {"slam_command_t", "688400df367087a8"},  {"snapshot_request_t", "6dcd978c7ee419ca"},
     {"truth_t", "fff99387374f0ff2"},         {"view_t", "b8ea51425948f7c1"},
 };
 

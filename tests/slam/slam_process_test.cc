@@ -2,10 +2,14 @@
 // ("What it does when …") states the behaviour that is tested here.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "common/messages.h"
 #include "common/simulation.h"
 #include "foresight/health_t.hpp"
+#include "foresight/slam_command_t.hpp"
 #include "procs/slam/process.h"
+#include "tests/common/files.h"
 #include "tests/slam/synthetic_scene.h"
 
 namespace foresight {
@@ -187,6 +191,65 @@ TEST_F(SlamProcessTest, DamagedImagesAreRejected) {
   EXPECT_EQ(poses_, before);
   sweep(0.6, 0.7, 6);
   EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+}
+
+class SlamOrderTest : public SlamProcessTest {
+ protected:
+  void order(int command, const std::string& folder) {
+    slam_command_t m{};
+    m.utime = world_.now().us;
+    m.command = static_cast<int8_t>(command);
+    m.folder = folder;
+    send("SLAM_COMMAND", m);
+    wait(seconds(1.5));  // the worker may be busy, and writes
+  }
+  TemporaryFolder temp_;
+};
+
+TEST_F(SlamOrderTest, SavesLoadsAndForgetsTheMap) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  order(slam_command_t::COMMAND_SAVE_MAP, temp_.path() + "/map");
+  EXPECT_TRUE(std::filesystem::exists(temp_.path() + "/map/points3D.txt"));
+  order(slam_command_t::COMMAND_RESET_MAP, "");
+  step(0.5);
+  EXPECT_EQ(pose_.state, +camera_pose_t::STATE_INITIALISING);
+  order(slam_command_t::COMMAND_LOAD_MAP, temp_.path() + "/map");
+  step(0.5);
+  EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+  EXPECT_NE(pose_.epoch, epoch);
+}
+
+TEST_F(SlamOrderTest, NamesWhatItCannotLoadOrSaveAndTracksOn) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  order(slam_command_t::COMMAND_LOAD_MAP, temp_.path() + "/nothing");
+  sweep(0.6, 0.7, 35);
+  expect_tracking_in(epoch);
+  EXPECT_EQ(health_.state, +health_t::STATE_DEGRADED);
+  EXPECT_NE(health_.reason.find("nothing/foresight.txt"), std::string::npos) << health_.reason;
+  order(slam_command_t::COMMAND_SAVE_MAP, "/proc/foresight");
+  sweep(0.7, 0.8, 35);
+  expect_tracking_in(epoch);
+  EXPECT_NE(health_.reason.find("/proc/foresight"), std::string::npos) << health_.reason;
+  order(slam_command_t::COMMAND_SAVE_MAP, "relative");  // rejected: says nothing about files
+  order(77, temp_.path());
+  sweep(0.8, 0.9, 6);
+  expect_tracking_in(epoch);
+}
+
+TEST_F(SlamOrderTest, DoesNotTakeTheMapOfAnotherCamera) {
+  start_map();
+  const int64_t epoch = pose_.epoch;
+  order(slam_command_t::COMMAND_SAVE_MAP, temp_.path() + "/map");
+  CameraModel other = camera_;
+  other.fx_px += 1;
+  send_camera(other);
+  order(slam_command_t::COMMAND_LOAD_MAP, temp_.path() + "/map");
+  sweep(0.0, 0.6, 70);
+  EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+  EXPECT_NE(pose_.epoch, epoch);
+  EXPECT_NE(health_.reason.find("another camera"), std::string::npos) << health_.reason;
 }
 
 }  // namespace

@@ -1,0 +1,42 @@
+// A map at rest: all that Slam needs to find itself in it again, and what others want of it. See
+// map_folder.h for how it lies on the disk.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "common/camera_model.h"
+#include "common/frames.h"
+#include "common/time.h"
+
+namespace foresight {
+
+struct StoredMap {
+  struct Keyframe {
+    int32_t id = 0;
+    Time time;
+    Pose<Map, Cam> map_from_cam;
+    double median_depth = 1;  // mu
+    cv::Mat image;            // 8-bit gray, as the camera gave it; shared, not to be changed
+  };
+  struct Observation {
+    int32_t keyframe_id = 0;
+    int level = 0;                // pyramid level of the measurement
+    Eigen::Vector2d pixel{0, 0};  // of the full image; the centre of the first pixel is (0, 0)
+  };
+  struct Point {
+    int32_t id = 0;
+    Eigen::Vector3d position_in_map{0, 0, 0};
+    int32_t source_keyframe_id = 0;  // whose image its patch comes from; it is among the observers
+    bool confirmed = false;
+    int32_t predicted_count = 0, found_count = 0;
+    std::vector<Observation> observations;  // by keyframe id, increasing
+  };
+  CameraModel camera;
+  std::vector<Keyframe> keyframes;  // by id, increasing
+  std::vector<Point> points;        // by id, increasing
+};
+
+}  // namespace foresight

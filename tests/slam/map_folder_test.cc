@@ -1,0 +1,199 @@
+// A map on the disk: comes back as it was, is read by others, and is not believed when damaged.
+#include "procs/slam/map_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "common/errors.h"
+#include "procs/slam/slam.h"
+#include "tests/common/files.h"
+#include "tests/slam/synthetic_scene.h"
+
+namespace foresight {
+namespace {
+
+class MapFolderTest : public testing::Test {
+ protected:
+  static TrackingResult step(Slam* slam, const cv::Mat& image, Time time) {
+    const TrackingResult result = slam->track(time, view_of(image));
+    while (auto job = slam->take_job()) slam->apply(Slam::run(std::move(*job)));
+    return result;
+  }
+  cv::Mat image_at(double t) const { return scene_.render(camera_, sideways_pose(t)); }
+  StoredMap make_map() {
+    Slam slam(camera_, SlamOptions{});
+    for (int i = 1; i <= 45; ++i) {
+      EXPECT_FALSE(step(&slam, image_at(i / 60.0), time_ = time_ + milliseconds(33)).epoch);
+    }
+    return slam.stored_map();
+  }
+  std::string folder(const std::string& name) const { return temp_.path() + "/" + name; }
+  std::vector<std::string> lines(const std::string& file) const {
+    std::ifstream in(file);
+    std::vector<std::string> result;
+    for (std::string line; std::getline(in, line);) {
+      if (line.empty() || line[0] != '#') result.push_back(line);
+    }
+    return result;
+  }
+  // Replaces the first occurrence in foresight.txt of a saved map; the error must name a line.
+  void expect_refused(const std::string& from, const std::string& to) {
+    const std::string damaged = folder("damaged");
+    std::filesystem::remove_all(damaged);
+    std::filesystem::copy(folder("map"), damaged, std::filesystem::copy_options::recursive);
+    std::stringstream text;
+    text << std::ifstream(damaged + "/foresight.txt").rdbuf();
+    std::string changed = text.str();
+    const size_t place = changed.find(from);
+    ASSERT_NE(place, std::string::npos) << from;
+    changed.replace(place, from.size(), to);
+    std::ofstream(damaged + "/foresight.txt") << changed;
+    try {
+      (void)read_map_folder(damaged);
+      ADD_FAILURE() << "accepted with " << to;
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find("foresight.txt:"), std::string::npos);
+    }
+  }
+
+  TemporaryFolder temp_;
+  CameraModel camera_ = test_camera();
+  SyntheticScene scene_{5};
+  Time time_;
+};
+
+TEST_F(MapFolderTest, ComesBackAsItWas) {
+  const StoredMap saved = make_map();
+  ASSERT_GE(saved.keyframes.size(), 4u);
+  ASSERT_GE(saved.points.size(), 150u);
+  write_map_folder(saved, folder("map"));
+  write_map_folder(saved, folder("map"));  // replaces
+  const StoredMap read = read_map_folder(folder("map"));
+  EXPECT_EQ(read.camera, saved.camera);
+  ASSERT_EQ(read.keyframes.size(), saved.keyframes.size());
+  for (size_t i = 0; i < read.keyframes.size(); ++i) {
+    const StoredMap::Keyframe &a = read.keyframes[i], &b = saved.keyframes[i];
+    EXPECT_EQ(a.id, b.id);
+    EXPECT_EQ(a.time, b.time);
+    EXPECT_EQ(a.map_from_cam.translation(), b.map_from_cam.translation());
+    EXPECT_LT(a.map_from_cam.rotation().angularDistance(b.map_from_cam.rotation()), 1e-14);
+    EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF), 0);
+  }
+  ASSERT_EQ(read.points.size(), saved.points.size());
+  for (size_t i = 0; i < read.points.size(); ++i) {
+    const StoredMap::Point &a = read.points[i], &b = saved.points[i];
+    EXPECT_EQ(a.id, b.id);
+    EXPECT_EQ(a.position_in_map, b.position_in_map);
+    EXPECT_EQ(a.source_keyframe_id, b.source_keyframe_id);
+    EXPECT_EQ(a.confirmed, b.confirmed);
+    ASSERT_EQ(a.observations.size(), b.observations.size());
+    for (size_t n = 0; n < a.observations.size(); ++n) {
+      EXPECT_EQ(a.observations[n].pixel, b.observations[n].pixel);
+    }
+  }
+}
+
+TEST_F(MapFolderTest, ALoadedMapIsTrackedAndGrows) {
+  write_map_folder(make_map(), folder("map"));
+  Slam slam(camera_, SlamOptions{});
+  slam.restore(read_map_folder(folder("map")));
+  EXPECT_EQ(slam.epoch(), 1);
+  const SyntheticScene foreign(99);
+  for (int i = 1; i <= 125; ++i) {  // for longer than a tiny map is kept: it is not given up
+    const TrackingResult lost =
+        step(&slam, foreign.render(camera_, {}), time_ = time_ + milliseconds(33));
+    ASSERT_EQ(lost.state, TrackingState::kLost);
+    ASSERT_EQ(lost.epoch, 1);
+  }
+  const TrackingResult found = step(&slam, image_at(0.4), time_ = time_ + milliseconds(33));
+  ASSERT_EQ(found.state, TrackingState::kTracking) << found.reason;
+  EXPECT_TRUE(found.relocalised);
+  const int keyframes = slam.statistics().keyframes;
+  const size_t published = slam.take_delta().points_set.size();
+  EXPECT_GT(published, 100u);
+  TrackingResult last;
+  for (int i = 1; i <= 40; ++i) {
+    last = step(&slam, image_at(0.4 + i / 60.0), time_ = time_ + milliseconds(33));
+  }
+  EXPECT_EQ(last.state, TrackingState::kTracking) << last.reason;
+  EXPECT_GT(slam.statistics().keyframes, keyframes);
+}
+
+// The COLMAP files on their own: what points3D.txt and images.txt say fits the pixels.
+TEST_F(MapFolderTest, ColmapFilesFitTogether) {
+  const StoredMap saved = make_map();
+  write_map_folder(saved, folder("map"));
+  struct View {
+    Pose<Cam, Map> cam_from_map;
+    std::vector<std::pair<Eigen::Vector2d, int>> places;
+  };
+  std::map<int, View> views;
+  const std::vector<std::string> images = lines(folder("map") + "/images.txt");
+  ASSERT_EQ(images.size(), 2 * saved.keyframes.size());
+  for (size_t i = 0; i < images.size(); i += 2) {
+    std::istringstream header(images[i]), body(images[i + 1]);
+    int id, camera;
+    std::string name;
+    Eigen::Quaterniond q;
+    Eigen::Vector3d t;
+    header >> id >> q.w() >> q.x() >> q.y() >> q.z() >> t.x() >> t.y() >> t.z() >> camera >> name;
+    ASSERT_TRUE(header);
+    EXPECT_TRUE(std::filesystem::exists(folder("map") + "/images/" + name));
+    View view{{q, t}, {}};
+    Eigen::Vector2d pixel;
+    for (int point; body >> pixel.x() >> pixel.y() >> point;) view.places.push_back({pixel, point});
+    views[id] = view;
+  }
+  std::istringstream camera_words(lines(folder("map") + "/cameras.txt").at(0));
+  std::string id, model;
+  double width, height, fx, fy, cx, cy;
+  camera_words >> id >> model >> width >> height >> fx >> fy >> cx >> cy;
+  EXPECT_EQ(model, "FULL_OPENCV");
+  int compared = 0, close = 0;
+  for (const std::string& line : lines(folder("map") + "/points3D.txt")) {
+    std::istringstream words(line);
+    int point, r, g, b;
+    Eigen::Vector3d x;
+    double error;
+    words >> point >> x.x() >> x.y() >> x.z() >> r >> g >> b >> error;
+    size_t index;
+    for (int image; words >> image >> index;) {
+      const View& view = views.at(image);
+      ASSERT_LT(index, view.places.size());
+      ASSERT_EQ(view.places[index].second, point);
+      const Eigen::Vector3d p = view.cam_from_map * x;
+      const Eigen::Vector2d seen(fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy);
+      ++compared;
+      close += (seen - view.places[index].first).norm() < 2;
+    }
+  }
+  EXPECT_GT(compared, 500);
+  EXPECT_GT(close, 0.9 * compared);
+}
+
+TEST_F(MapFolderTest, IsNotBelievedWhenDamaged) {
+  EXPECT_THROW((void)read_map_folder(folder("nothing here")), ConfigError);
+  const StoredMap saved = make_map();
+  write_map_folder(saved, folder("map"));
+  expect_refused("foresight_map 1", "foresight_map 2");
+  expect_refused("\nkeyframe 1 ", "\nkeyframe 0 ");
+  expect_refused("\nkeyframe 1 ", "\nkeyframe nan ");
+  expect_refused("\npoint ", "\npoint -5 nan ");
+  expect_refused("\npoint ", "\nthing ");
+  expect_refused("\ncamera 0 640", "\ncamera 0 -640");
+  expect_refused("\ncamera 0 640", "\ncamera 0 320");  // the images are larger
+  std::filesystem::remove(folder("map") + "/images/000001.png");
+  EXPECT_THROW((void)read_map_folder(folder("map")), ConfigError);
+}
+
+TEST_F(MapFolderTest, SaysWhereItCannotWrite) {
+  std::ofstream(folder("file")) << "x";
+  EXPECT_THROW(write_map_folder(make_map(), folder("file") + "/map"), UnavailableError);
+}
+
+}  // namespace
+}  // namespace foresight
