@@ -2,7 +2,7 @@
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(yaml-cpp REQUIRED)
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc video features2d flann calib3d videoio imgcodecs)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc video features2d flann calib3d videoio imgcodecs aruco)
 find_package(Ceres 2.1 REQUIRED)
 find_package(CGAL 5.5 REQUIRED)
 find_package(glfw3 3.3 REQUIRED)

@@ -164,6 +164,7 @@ void SlamProcess::continue_mapping() {
   if (!job) return;
   // std::function copies its callable, a MappingJob cannot be copied: shared pointers carry it.
   auto shared_job = std::make_shared<MappingJob>(std::move(*job));
+  const Duration cost = seconds(params_.mapping_cost_s * shared_job->relative_cost());
   const bool started = node_.run_beside(
       [this, shared_job, generation = generation_]() -> std::function<void()> {
         auto result = std::make_shared<MappingResult>(Slam::run(std::move(*shared_job)));
@@ -174,7 +175,7 @@ void SlamProcess::continue_mapping() {
           continue_mapping();
         };
       },
-      seconds(params_.mapping_cost_s));
+      cost);
   static_cast<void>(started);  // job_running() was asked above
 }
 

@@ -61,6 +61,10 @@ MappingJob::MappingJob(std::unique_ptr<Data> job_data) : data(std::move(job_data
 MappingJob::MappingJob(MappingJob&&) noexcept = default;
 MappingJob& MappingJob::operator=(MappingJob&&) noexcept = default;
 MappingJob::~MappingJob() = default;
+double MappingJob::relative_cost() const {
+  if (std::holds_alternative<SeedWork>(data->work)) return 0.2;
+  return 1;
+}
 MappingResult::MappingResult(std::unique_ptr<Data> result_data) : data(std::move(result_data)) {}
 MappingResult::MappingResult(MappingResult&&) noexcept = default;
 MappingResult& MappingResult::operator=(MappingResult&&) noexcept = default;

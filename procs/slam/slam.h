@@ -76,6 +76,8 @@ class MappingJob {
   MappingJob(MappingJob&&) noexcept;
   MappingJob& operator=(MappingJob&&) noexcept;
   ~MappingJob();
+  /// What it usually costs, in bundle adjustments (about 50 ms).
+  double relative_cost() const;
   std::unique_ptr<Data> data;
 };
 

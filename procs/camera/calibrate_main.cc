@@ -1,0 +1,178 @@
+// calibrate-camera: intrinsics and lens distortion from a video of a chessboard or of a grid of
+// AprilTags. scripts/calibrate_camera builds and runs it.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "common/tool_main.h"
+#include "procs/camera/frame_source.h"
+#include "procs/camera/lens_calibration.h"
+
+namespace foresight {
+namespace {
+
+struct Options {
+  std::string source, output = "camera.yaml", picture, board = "chessboard", lens = "radtan";
+  CalibrationBoard target;
+  int every = 3, max_views = 60, max_frames = 3000;
+  bool overwrite = false;
+};
+
+const std::map<std::string, CalibrationBoard::Kind> kBoards = {
+    {"chessboard", CalibrationBoard::Kind::kChessboard},
+    {"apriltags", CalibrationBoard::Kind::kAprilTags}};
+const std::map<std::string, LensModel> kLenses = {{"radtan", LensModel::kRadtan},
+                                                  {"fisheye", LensModel::kEquidistant}};
+
+constexpr double kHopeless_px = 3;  // rms on views held out: nothing is written
+
+cv::Mat gray_of(const Frame& frame) {
+  if (!frame.jpeg.empty()) return cv::imdecode(frame.jpeg, cv::IMREAD_GRAYSCALE);
+  const Image& image = frame.image;
+  const cv::Mat pixels(image.height_px, image.width_px, image.channels == 1 ? CV_8UC1 : CV_8UC3,
+                       const_cast<uint8_t*>(image.bytes.data()));  // cv::Mat has no const view
+  cv::Mat gray;
+  if (image.channels == 1) return pixels.clone();
+  cv::cvtColor(pixels, gray, cv::COLOR_RGB2GRAY);
+  return gray;
+}
+
+// Left: all corners kept; right: the last view without its distortion, where lines must be
+// straight.
+void draw(const ViewCollector& collector, const Calibration& calibration, const cv::Mat& sample,
+          const std::string& file) {
+  cv::Mat corners(sample.size(), CV_8UC3, cv::Scalar::all(255)), straight, colour;
+  for (const BoardView& v : collector.views()) {
+    for (const cv::Point2f& p : v.pixels) {
+      cv::circle(corners, p, 2, cv::Scalar(200, 80, 0), cv::FILLED, cv::LINE_AA);
+    }
+  }
+  const CameraModel& c = calibration.camera;
+  const cv::Matx33d matrix(c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
+  const size_t count = c.lens == LensModel::kEquidistant ? 4 : 5;
+  const std::vector<double> distortion(c.distortion.begin(), c.distortion.begin() + count);
+  if (c.lens == LensModel::kEquidistant) {
+    cv::fisheye::undistortImage(sample, straight, matrix, distortion, matrix);
+  } else {
+    cv::undistort(sample, straight, matrix, distortion);
+  }
+  cv::cvtColor(straight, colour, cv::COLOR_GRAY2BGR);
+  cv::hconcat(corners, colour, corners);
+  if (!cv::imwrite(file, corners)) throw UnavailableError(file + ": cannot be written");
+}
+
+void say_how_good(const Calibration& c, const ViewCollector& collector) {
+  std::printf("%.2f px rms over %d views (%d dropped), %.2f px over %d others\n", c.rms_px, c.views,
+              c.dropped_views, c.held_out_rms_px, c.held_out_views);
+  std::printf("focal length %.1f, %.1f px", c.camera.fx_px, c.camera.fy_px);
+  if (c.focal_sigma > 0) std::printf(" (+- %.2f %%)", 100 * c.focal_sigma);
+  std::printf(", centre %.1f, %.1f px; corners in %.0f %% of the image\n", c.camera.cx_px,
+              c.camera.cy_px, 100 * collector.coverage());
+  if (c.held_out_rms_px > 1) {
+    std::printf("over 1 px: is the board flat, the picture sharp, the board's size right?\n");
+  }
+  if (c.focal_sigma > 0.005) std::printf("tilt the board more: the focal length is not sure\n");
+  if (collector.coverage() < 0.8) {
+    std::printf("hold the board into %s corner too\n", collector.emptiest_part().c_str());
+  }
+}
+
+int calibrate(const Options& options) {
+  CalibrationBoard board = options.target;
+  board.kind = kBoards.at(options.board);
+  if (std::filesystem::exists(options.output) && !options.overwrite) {
+    throw UsageError(options.output + " exists: --overwrite replaces it");
+  }
+  const std::unique_ptr<FrameSource> source = open_frame_source(options.source);
+  std::optional<ViewCollector> collector;
+  cv::Mat sample, size_of;
+  int frames = 0, found = 0;
+  while (auto frame = source->next()) {
+    if (frames++ % options.every != 0) continue;
+    const cv::Mat gray = gray_of(*frame);
+    if (gray.empty()) continue;
+    if (!collector) {
+      collector.emplace(gray.cols, gray.rows);
+      size_of = gray;
+    }
+    if (gray.size() != size_of.size()) throw UnavailableError("the images differ in size");
+    if (auto view = find_board(gray, board)) {
+      ++found;
+      if (collector->add(std::move(*view))) sample = gray;
+    }
+    const auto kept = static_cast<int>(collector->views().size());
+    if (frames % 30 < options.every) {
+      std::fprintf(stderr, "calibrate-camera: %d frames, board in %d, %d views kept\n", frames,
+                   found, kept);
+    }
+    if (kept == options.max_views || frames >= options.max_frames) break;
+  }
+  if (!source->error().empty()) throw UnavailableError(source->error());
+  if (!collector) throw UnavailableError(options.source + ": no images");
+  if (found == 0) {
+    throw UnavailableError("no board in " + std::to_string(frames) +
+                           " frames: --columns and --rows "
+                           "count the inner corners of a chessboard, or the tags of a grid");
+  }
+  const Calibration calibration =
+      calibrate_lens(collector->views(), size_of.cols, size_of.rows, kLenses.at(options.lens));
+  if (calibration.held_out_rms_px > kHopeless_px) {
+    char rms[32];
+    std::snprintf(rms, sizeof rms, "%.1f px", calibration.held_out_rms_px);
+    throw UnavailableError("no lens fits the views (" + std::string(rms) +
+                           " on those held out): are "
+                           "--columns, --rows, --size and --gap those of the board, is it flat?");
+  }
+  std::ofstream file(options.output);
+  file << camera_file_text(calibration);
+  if (!file.flush()) throw UnavailableError(options.output + ": cannot be written");
+  say_how_good(calibration, *collector);
+  if (!options.picture.empty()) draw(*collector, calibration, sample, options.picture);
+  std::printf("wrote %s\n", options.output.c_str());
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace foresight
+
+int main(int argc, char** argv) {
+  using namespace foresight;
+  Options o;
+  CLI::App app(
+      "Intrinsics and lens distortion from a video of a chessboard (9 x 6 inner corners unless "
+      "said otherwise) or of a grid of AprilTags (family 36h11, ids from 0 in rows). Film it flat "
+      "and sharp, tilted, near and far, in every corner of the picture.",
+      "calibrate-camera");
+  app.add_option("source", o.source, "a video, a folder in TUM layout, or a device (/dev/video0)")
+      ->required();
+  app.add_option("--output", o.output, "the camera file")->capture_default_str();
+  app.add_flag("--overwrite", o.overwrite, "replace the camera file if it exists");
+  app.add_option("--picture", o.picture, "draw the corners and an undistorted view (PNG)");
+  app.add_option("--board", o.board, "the target")
+      ->check(CLI::IsMember(&kBoards))
+      ->capture_default_str();
+  app.add_option("--columns", o.target.columns, "inner corners or tags in a row")
+      ->check(CLI::Range(2, 100))
+      ->capture_default_str();
+  app.add_option("--rows", o.target.rows, "rows of them")
+      ->check(CLI::Range(2, 100))
+      ->capture_default_str();
+  app.add_option("--size", o.target.spacing_m, "side of a square or tag, m")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--gap", o.target.gap_m, "between tags, m")->check(CLI::NonNegativeNumber);
+  app.add_option("--lens", o.lens, "radtan (k1 k2 p1 p2 k3) or fisheye (equidistant, k1 … k4)")
+      ->check(CLI::IsMember(&kLenses))
+      ->capture_default_str();
+  app.add_option("--every", o.every, "look at every so many frames")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--views", o.max_views, "enough views")->check(CLI::Range(8, 500));
+  app.add_option("--frames", o.max_frames, "stop after so many frames (a device never ends)")
+      ->check(CLI::PositiveNumber);
+  return tool_main(app, argc, argv, [&] { return calibrate(o); });
+}
