@@ -35,9 +35,10 @@ void black_out(std::vector<PlayedImage>* list, int count) {
 
 // Pieces of the sequence at random places, appended.
 void append_jumps(int count, std::vector<PlayedImage>* list) {
+  if (count == 0 || list->size() < 2) return;
   const std::vector<PlayedImage> whole = *list;
-  const Duration period =
-      Duration{(whole.back().time - whole.front().time).us / static_cast<int64_t>(whole.size())};
+  const Duration span = whole.back().time - whole.front().time;
+  const Duration period{std::max<int64_t>(1, span.us / static_cast<int64_t>(whole.size()))};
   const auto length = static_cast<size_t>(std::max<int64_t>(2, kJumpLength.us / period.us));
   std::mt19937 random(kSeed);
   for (int i = 0; i < count && whole.size() > 3 * length; ++i) {

@@ -44,7 +44,7 @@ std::vector<PlayedImage> make_playlist(const Sequence& sequence, const PlayRange
                                        const Degradation& degradation);
 
 CameraModel degraded_camera(const CameraModel& camera, const Degradation& degradation);
-/// `gray`: 8-bit, one channel. `count` seeds the noise.
+/// `gray`: 8-bit, one channel. The image's index seeds the noise.
 cv::Mat degraded_image(const cv::Mat& gray, const PlayedImage& played,
                        const Degradation& degradation);
 

@@ -1,5 +1,6 @@
 // calibrate-camera: intrinsics and lens distortion from a video of a chessboard or of a grid of
 // AprilTags. scripts/calibrate_camera builds and runs it.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -84,6 +85,10 @@ void say_how_good(const Calibration& c, const ViewCollector& collector) {
 int calibrate(const Options& options) {
   CalibrationBoard board = options.target;
   board.kind = kBoards.at(options.board);
+  if (board.kind == CalibrationBoard::Kind::kChessboard &&
+      std::min(board.columns, board.rows) < 3) {
+    throw UsageError("a chessboard needs at least 3 x 3 inner corners");
+  }
   if (std::filesystem::exists(options.output) && !options.overwrite) {
     throw UsageError(options.output + " exists: --overwrite replaces it");
   }
@@ -91,7 +96,13 @@ int calibrate(const Options& options) {
   std::optional<ViewCollector> collector;
   cv::Mat sample, size_of;
   int frames = 0, found = 0;
-  while (auto frame = source->next()) {
+  bool enough = false;
+  while (!enough && frames < options.max_frames) {
+    const auto frame = source->next();
+    if (!frame) {
+      if (!source->error().empty()) throw UnavailableError(source->error());
+      break;
+    }
     if (frames++ % options.every != 0) continue;
     const cv::Mat gray = gray_of(*frame);
     if (gray.empty()) continue;
@@ -109,9 +120,8 @@ int calibrate(const Options& options) {
       std::fprintf(stderr, "calibrate-camera: %d frames, board in %d, %d views kept\n", frames,
                    found, kept);
     }
-    if (kept == options.max_views || frames >= options.max_frames) break;
+    enough = kept == options.max_views;
   }
-  if (!source->error().empty()) throw UnavailableError(source->error());
   if (!collector) throw UnavailableError(options.source + ": no images");
   if (found == 0) {
     throw UnavailableError("no board in " + std::to_string(frames) +
@@ -120,7 +130,7 @@ int calibrate(const Options& options) {
   }
   const Calibration calibration =
       calibrate_lens(collector->views(), size_of.cols, size_of.rows, kLenses.at(options.lens));
-  if (calibration.held_out_rms_px > kHopeless_px) {
+  if (!(calibration.held_out_rms_px <= kHopeless_px)) {
     char rms[32];
     std::snprintf(rms, sizeof rms, "%.1f px", calibration.held_out_rms_px);
     throw UnavailableError("no lens fits the views (" + std::string(rms) +

@@ -67,20 +67,33 @@ std::optional<BoardView> find_tags(const cv::Mat& gray, const CalibrationBoard& 
   return view;
 }
 
-// Where the view's corners lie, in a form that two views can be compared by, whichever corners they
-// show: the images of the board's unit frame by a homography would do; centre and two axes suffice.
-std::array<cv::Point2f, 3> placement(const BoardView& view) {
-  cv::Point2f centre(0, 0);
-  for (const cv::Point2f& p : view.pixels) centre += p;
-  centre *= 1.f / static_cast<float>(view.pixels.size());
-  return {centre, view.pixels.front(), view.pixels.back()};
+cv::Rect2f bounds_m(const BoardView& view) {
+  cv::Point2f low(view.points_m[0].x, view.points_m[0].y), high = low;
+  for (const cv::Point3f& p : view.points_m) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+  return {low, high};
+}
+
+// Where three fixed points of the board lie in the image, whichever corners were found. Empty if
+// the view does not say.
+std::vector<cv::Point2f> placement(const BoardView& view, const std::vector<cv::Point2f>& fixed_m) {
+  std::vector<cv::Point2f> flat, placed;
+  for (const cv::Point3f& p : view.points_m) flat.emplace_back(p.x, p.y);
+  const cv::Mat homography = cv::findHomography(flat, view.pixels);
+  if (!homography.empty()) cv::perspectiveTransform(fixed_m, placed, homography);
+  return placed;
 }
 
 double distance_px(const BoardView& a, const BoardView& b) {
-  const auto pa = placement(a), pb = placement(b);
+  const cv::Rect2f board = bounds_m(a);
+  const std::vector<cv::Point2f> fixed = {board.tl(), board.br(), {board.x + board.width, board.y}};
+  const std::vector<cv::Point2f> pa = placement(a, fixed), pb = placement(b, fixed);
+  if (pa.empty() || pb.empty()) return 0;
   double sum = 0;
-  for (size_t i = 0; i < pa.size(); ++i) sum += cv::norm(pa[i] - pb[i]);
-  return sum / static_cast<double>(pa.size());
+  for (size_t i = 0; i < fixed.size(); ++i) sum += cv::norm(pa[i] - pb[i]);
+  return sum / static_cast<double>(fixed.size());
 }
 
 struct Fit {
@@ -128,9 +141,13 @@ double view_error_px(const BoardView& view, const Fit& fit, LensModel lens) {
   } else {
     cv::undistortPoints(view.pixels, rays, fit.matrix, fit.distortion);
   }
-  if (!cv::solvePnP(view.points_m, rays, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turn, shift)) {
-    return std::numeric_limits<double>::infinity();
+  bool solved = false;
+  try {
+    solved =
+        cv::solvePnP(view.points_m, rays, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turn, shift);
+  } catch (const cv::Exception&) {  // degenerate corners
   }
+  if (!solved) return std::numeric_limits<double>::infinity();
   if (fisheye) {
     cv::fisheye::projectPoints(view.points_m, projected, turn, shift, fit.matrix, fit.distortion);
   } else {

@@ -77,7 +77,10 @@ class Initializer {
   std::optional<Attempt> take_attempt();
   static Answer run(Attempt attempt);  // pure; any thread; about 50 ms
   Outcome apply(const Answer& answer);
-  void restart() { tracks_.clear(); }
+  void restart() {
+    tracks_.clear();
+    attempt_due_ = false;
+  }
 
  private:
   struct Track {

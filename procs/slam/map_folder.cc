@@ -1,13 +1,16 @@
 #include "procs/slam/map_folder.h"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <limits>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 #include <sstream>
 
 #include "common/errors.h"
@@ -18,6 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kExtraHeader = "foresight_map 1";
+constexpr int kMaxSide_px = 8192;
+constexpr int32_t kMaxId = 1 << 24, kMaxCount = 1 << 30;
 
 std::string image_name(int32_t keyframe_id) {
   char name[32];
@@ -162,7 +167,8 @@ void write_extra(const StoredMap& map, const fs::path& path) {
     const Eigen::Vector3d& x = p.position_in_map;
     file.stream() << "point " << p.id << " " << x.x() << " " << x.y() << " " << x.z() << " "
                   << p.source_keyframe_id << " " << p.confirmed << " " << p.predicted_count << " "
-                  << p.found_count << " " << p.observations.size();
+                  << p.found_count << " " << p.outlier_count << " " << p.born_keyframe_id << " "
+                  << p.observations.size();
     for (const StoredMap::Observation& o : p.observations) {
       file.stream() << " " << o.keyframe_id << " " << o.level << " " << o.pixel.x() << " "
                     << o.pixel.y();
@@ -170,6 +176,33 @@ void write_extra(const StoredMap& map, const fs::path& path) {
     file.stream() << "\n";
   }
   file.close();
+}
+
+void write_parts(const StoredMap& map, const fs::path& part) {
+  std::error_code error;
+  fs::create_directories(part / "images", error);
+  if (error) throw UnavailableError(part.string() + ": " + error.message());
+  for (const StoredMap::Keyframe& k : map.keyframes) {
+    const std::string name = (part / "images" / image_name(k.id)).string();
+    bool written = false;
+    try {
+      written = cv::imwrite(name, k.image);
+    } catch (const cv::Exception&) {  // the library's way to say that it cannot
+    }
+    if (!written) throw UnavailableError(name + ": cannot be written");
+  }
+  write_cameras(map.camera, part / "cameras.txt");
+  write_images(map, places_of(map), part / "images.txt");
+  write_points(map, part / "points3D.txt");
+  write_extra(map, part / "foresight.txt");
+}
+
+cv::Mat read_gray(const std::string& path) {
+  try {
+    return cv::imread(path, cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception&) {  // a size beyond all limits, say
+    return {};
+  }
 }
 
 // Reads foresight.txt line by line and checks that everything fits together.
@@ -198,7 +231,7 @@ class Reader {
       std::string rest;
       if (words.fail() || words >> rest) fail("has too few or too many numbers");
     }
-    if (map_.camera.width_px == 0) fail("has no camera");
+    if (!has_camera_) fail("has no camera");
     if (map_.keyframes.size() < 2) fail("has fewer than two keyframes");
     return std::move(map_);
   }
@@ -218,28 +251,32 @@ class Reader {
     words >> lens >> c.width_px >> c.height_px >> c.fx_px >> c.fy_px >> c.cx_px >> c.cy_px;
     for (double& k : c.distortion) words >> k;
     c.lens = lens == 1 ? LensModel::kEquidistant : LensModel::kRadtan;
-    const bool sane = c.width_px > 0 && c.height_px > 0 && c.fx_px > 0 && c.fy_px > 0;
+    const bool sane = c.width_px > 0 && c.height_px > 0 && c.width_px <= kMaxSide_px &&
+                      c.height_px <= kMaxSide_px && c.fx_px > 0 && c.fy_px > 0;
     if (words.fail() || !sane) fail("the camera makes no sense");
+    if (has_camera_) fail("a second camera");
+    has_camera_ = true;
     c.prepare();
   }
   void read_keyframe(std::istringstream& words) {
+    if (!has_camera_) fail("a keyframe before the camera");
     StoredMap::Keyframe k;
     Eigen::Quaterniond q;
     Eigen::Vector3d t;
     words >> k.id >> k.time.us >> k.median_depth >> q.w() >> q.x() >> q.y() >> q.z() >> t.x() >>
         t.y() >> t.z();
-    if (words.fail() || !q.coeffs().allFinite() || std::abs(q.norm() - 1) > 1e-6 ||
-        !t.allFinite() || !(k.median_depth > 0)) {
+    if (words.fail() || k.id < 0 || k.id > kMaxId || !q.coeffs().allFinite() ||
+        std::abs(q.norm() - 1) > 1e-6 || !t.allFinite() || !(k.median_depth > 0)) {
       fail("the keyframe makes no sense");
     }
     if (!map_.keyframes.empty() && k.id <= map_.keyframes.back().id) fail("ids must increase");
     k.map_from_cam = {q, t};
     const std::string image = (folder_ / "images" / image_name(k.id)).string();
-    k.image = cv::imread(image, cv::IMREAD_GRAYSCALE);
+    k.image = read_gray(image);
     if (k.image.cols != map_.camera.width_px || k.image.rows != map_.camera.height_px) {
       fail(image + " is missing, damaged or not of the camera's size");
     }
-    known_[k.id] = true;
+    known_.insert(k.id);
     map_.keyframes.push_back(std::move(k));
   }
   void read_point(std::istringstream& words) {
@@ -247,8 +284,13 @@ class Reader {
     size_t count = 0;
     Eigen::Vector3d& x = p.position_in_map;
     words >> p.id >> x.x() >> x.y() >> x.z() >> p.source_keyframe_id >> p.confirmed >>
-        p.predicted_count >> p.found_count >> count;
-    if (words.fail() || !x.allFinite() || count > known_.size()) fail("the point makes no sense");
+        p.predicted_count >> p.found_count >> p.outlier_count >> p.born_keyframe_id >> count;
+    const bool sane = p.id >= 0 && p.id <= kMaxId && x.allFinite() && count <= known_.size() &&
+                      p.found_count >= 0 && p.found_count <= p.predicted_count &&
+                      p.predicted_count <= kMaxCount && p.outlier_count >= 0 &&
+                      p.outlier_count <= kMaxCount && p.born_keyframe_id >= 0 &&
+                      p.born_keyframe_id <= kMaxId;
+    if (words.fail() || !sane) fail("the point makes no sense");
     if (!map_.points.empty() && p.id <= map_.points.back().id) fail("ids must increase");
     bool has_source = false;
     for (size_t i = 0; i < count; ++i) {
@@ -271,34 +313,44 @@ class Reader {
   std::ifstream file_;
   int line_number_ = 0;
   StoredMap map_;
-  std::map<int32_t, bool> known_;
+  bool has_camera_ = false;
+  std::set<int32_t> known_;
 };
 
 }  // namespace
 
 void write_map_folder(const StoredMap& map, const std::string& folder) {
-  const fs::path part = folder + ".part", old = folder + ".old";
+  if (map.keyframes.size() < 2) throw UnavailableError(folder + ": there is no map to save yet");
+  fs::path target = folder;
+  if (!target.has_filename()) target = target.parent_path();  // a slash at the end
   std::error_code error;
-  fs::remove_all(part, error);
-  fs::create_directories(part / "images", error);
-  if (error) throw UnavailableError(part.string() + ": " + error.message());
-  for (const StoredMap::Keyframe& k : map.keyframes) {
-    const std::string name = (part / "images" / image_name(k.id)).string();
-    bool written = false;
-    try {
-      written = cv::imwrite(name, k.image);
-    } catch (const cv::Exception&) {  // the library's way to say that it cannot
-    }
-    if (!written) throw UnavailableError(name + ": cannot be written");
+  const bool taken =
+      fs::exists(target, error) &&
+      !(fs::is_directory(target, error) &&
+        (fs::is_empty(target, error) || fs::exists(target / "foresight.txt", error)));
+  if (taken || error) throw UnavailableError(target.string() + ": exists and is no map folder");
+  // Beside it, under names that nobody else uses.
+  const std::string mark = "." + std::to_string(getpid());
+  const fs::path part = target.parent_path() / ("." + target.filename().string() + ".part" + mark);
+  const fs::path old = target.parent_path() / ("." + target.filename().string() + ".old" + mark);
+  if (fs::exists(part, error) || fs::exists(old, error)) {
+    throw UnavailableError(part.string() + " or " + old.string() + " is left over: remove it");
   }
-  write_cameras(map.camera, part / "cameras.txt");
-  write_images(map, places_of(map), part / "images.txt");
-  write_points(map, part / "points3D.txt");
-  write_extra(map, part / "foresight.txt");
-  fs::remove_all(old, error);
-  if (fs::exists(folder)) fs::rename(folder, old, error);
-  fs::rename(part, folder, error);
-  if (error) throw UnavailableError(folder + ": " + error.message());
+  try {
+    write_parts(map, part);
+  } catch (const StartupError&) {
+    fs::remove_all(part, error);
+    throw;
+  }
+  const bool replaces = fs::exists(target, error);
+  if (replaces) fs::rename(target, old, error);
+  if (!error) fs::rename(part, target, error);
+  if (error) {
+    std::error_code ignored;
+    if (replaces && !fs::exists(target, ignored)) fs::rename(old, target, ignored);
+    fs::remove_all(part, ignored);
+    throw UnavailableError(target.string() + ": " + error.message());
+  }
   fs::remove_all(old, error);
 }
 

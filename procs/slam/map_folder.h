@@ -15,8 +15,8 @@
 
 namespace foresight {
 
-/// Writes into a new folder beside it and puts that in the place of `folder`. Throws
-/// UnavailableError that names the file.
+/// Writes into a new folder beside it and puts that in the place of `folder`, which must not exist,
+/// be empty or be a map folder. Throws UnavailableError that names the file; nothing is lost then.
 void write_map_folder(const StoredMap& map, const std::string& folder);
 
 /// Throws ConfigError with file, line and what is wrong: nothing is believed that does not fit

@@ -455,7 +455,7 @@ BundleProblem Mapper::focal_problem(const SlamMap& map) const {
   std::map<int32_t, int32_t> index;
   BundleProblem problem;
   problem.max_iterations = options_.bundle_iterations;
-  const size_t stride = std::max<size_t>(1, map.keyframes().size() / kFocalKeyframes);
+  const size_t stride = (map.keyframes().size() + kFocalKeyframes - 1) / kFocalKeyframes;
   size_t n = 0;
   for (const auto& [id, k] : map.keyframes()) {
     if (n++ % stride != 0) continue;
@@ -470,7 +470,7 @@ BundleProblem Mapper::focal_problem(const SlamMap& map) const {
                       [&](const Observation& o) { return index.contains(o.keyframe_id); });
     if (point.confirmed && seen >= options_.point_confirm_keyframes) candidates.push_back(&point);
   }
-  const size_t every = std::max<size_t>(1, candidates.size() / kFocalPoints);
+  const size_t every = std::max<size_t>(1, (candidates.size() + kFocalPoints - 1) / kFocalPoints);
   for (size_t i = 0; i < candidates.size(); i += every) {
     const Point& point = *candidates[i];
     const auto point_index = static_cast<int32_t>(problem.points.size());

@@ -1,5 +1,7 @@
 #include "procs/slam/process.h"
 
+#include <exception>
+
 #include "common/image_codec.h"
 #include "common/messages.h"
 #include "procs/slam/map_folder.h"
@@ -22,8 +24,9 @@ SlamProcess::SlamProcess(Node& node, const SlamParams& params)
                                 [this](const camera_info_t& m) { on_camera_info(m); });
   node.subscribe<image_t>({.channel = "IMAGE", .rate_hz = 30, .doc = "frames"}, Queue::kLatest,
                           [this](const image_t& m) { on_image(m); });
-  node.subscribe<slam_command_t>({.channel = "SLAM_COMMAND", .doc = "orders: reset the map"},
-                                 Queue::kAll, [this](const slam_command_t& m) { on_command(m); });
+  node.subscribe<slam_command_t>(
+      {.channel = "SLAM_COMMAND", .doc = "orders: save, load or reset the map"}, Queue::kAll,
+      [this](const slam_command_t& m) { on_command(m); });
   node.subscribe<snapshot_request_t>(
       {.channel = "SNAPSHOT_REQUEST", .doc = "asks for the whole map"}, Queue::kAll,
       [this](const snapshot_request_t& m) { on_request(m); });
@@ -45,17 +48,23 @@ void SlamProcess::on_camera_info(const camera_info_t& message) {
   slam_ = std::make_unique<Slam>(*camera_, params_.options);
   core_epoch_ = -1;
   ++generation_;
-  if (start_map_) take_over(*start_map_, params_.map_folder);
-  start_map_.reset();
+  drop_loads();
+  if (start_map_ && take_over(*start_map_, params_.map_folder)) start_map_.reset();
 }
 
-void SlamProcess::take_over(const StoredMap& stored, const std::string& folder) {
-  if (stored.camera == *camera_) {
-    file_trouble_.clear();
-    slam_->restore(stored);
-  } else {
-    file_trouble_ = folder + ": a map of another camera";
+bool SlamProcess::take_over(const StoredMap& stored, const std::string& folder) {
+  if (!(stored.camera == *camera_)) {
+    report_trouble(folder + ": a map of another camera");
+    return false;
   }
+  slam_->restore(stored);
+  return true;
+}
+
+// What is wrong with a save or load stays in the health until the next order.
+void SlamProcess::report_trouble(const std::string& trouble) {
+  file_trouble_ = trouble;
+  node_.reject_message("SLAM_COMMAND", trouble);
 }
 
 void SlamProcess::on_image(const image_t& message) {
@@ -89,19 +98,32 @@ void SlamProcess::reject(const char* why) {
 }
 
 void SlamProcess::on_command(const slam_command_t& command) {
-  if (command.command == slam_command_t::COMMAND_RESET_MAP) {
-    if (slam_) slam_->reset("reset by command");
-    return;
+  const bool save = command.command == slam_command_t::COMMAND_SAVE_MAP;
+  const bool load = command.command == slam_command_t::COMMAND_LOAD_MAP;
+  const bool reset = command.command == slam_command_t::COMMAND_RESET_MAP;
+  if (!save && !load && !reset) {
+    return node_.reject_message("SLAM_COMMAND", "is no order that slam knows");
   }
-  const bool is_file_order = command.command == slam_command_t::COMMAND_SAVE_MAP ||
-                             command.command == slam_command_t::COMMAND_LOAD_MAP;
-  if (!is_file_order) return node_.reject_message("SLAM_COMMAND", "is no order that slam knows");
   if (!slam_) return node_.reject_message("SLAM_COMMAND", "comes before CAMERA_INFO");
-  if (!command.folder.starts_with("/")) {
+  if (!reset && !command.folder.starts_with("/")) {
     return node_.reject_message("SLAM_COMMAND", "needs an absolute folder");
   }
-  file_order_ = command;
+  file_trouble_.clear();
+  if (reset) {
+    drop_loads();
+    slam_->reset("reset by command");
+    return;
+  }
+  FileOrder order{save, command.folder, {}, load_mark_};
+  if (save) order.map = slam_->stored_map();  // as it is now; images are shared
+  file_orders_.push_back(std::move(order));
   continue_mapping();
+}
+
+// A map that was asked for before a reset or a new camera is not wanted any more.
+void SlamProcess::drop_loads() {
+  std::erase_if(file_orders_, [](const FileOrder& o) { return !o.save; });
+  ++load_mark_;
 }
 
 void SlamProcess::on_request(const snapshot_request_t& request) {
@@ -131,7 +153,8 @@ camera_pose_t SlamProcess::to_message(const TrackingResult& result) const {
 
 void SlamProcess::publish_view(const image_t& image, const camera_pose_t& pose, bool is_keyframe) {
   const double period_s = 1.0 / params_.view_rate_hz;
-  const bool due = (Time{image.utime} - last_view_).seconds() >= 0.9 * period_s;
+  const double since_s = (Time{image.utime} - last_view_).seconds();
+  const bool due = since_s < 0 || since_s >= 0.9 * period_s;  // < 0: the camera's clock was set
   if (!due && !is_keyframe) return;
   last_view_ = {image.utime};
   view_t view{};
@@ -181,27 +204,27 @@ void SlamProcess::continue_mapping() {
 
 // Reading and writing a map folder takes a second: beside the loop. True if one was started.
 bool SlamProcess::start_file_job() {
-  if (!file_order_) return false;
-  const slam_command_t order = *file_order_;
-  file_order_.reset();
-  const bool save = order.command == slam_command_t::COMMAND_SAVE_MAP;
-  auto map = std::make_shared<StoredMap>();
-  if (save) *map = slam_->stored_map();
+  if (file_orders_.empty()) return false;
+  auto order = std::make_shared<FileOrder>(std::move(file_orders_.front()));
+  file_orders_.pop_front();
   return node_.run_beside(
-      [this, map, order, save, generation = generation_]() -> std::function<void()> {
+      [this, order]() -> std::function<void()> {
         std::string trouble;
         try {
-          if (save) {
-            write_map_folder(*map, order.folder);
+          if (order->save) {
+            write_map_folder(order->map, order->folder);
           } else {
-            *map = read_map_folder(order.folder);
+            order->map = read_map_folder(order->folder);
           }
-        } catch (const StartupError& error) {
+        } catch (const std::exception& error) {  // the file system's and the image library's too
           trouble = error.what();
         }
-        return [this, map, order, save, trouble, generation] {
-          file_trouble_ = trouble;
-          if (!save && trouble.empty() && generation == generation_) take_over(*map, order.folder);
+        return [this, order, trouble] {
+          if (!trouble.empty()) {
+            report_trouble(trouble);
+          } else if (!order->save && order->load_mark == load_mark_) {
+            take_over(order->map, order->folder);
+          }
           continue_mapping();
         };
       },
@@ -218,16 +241,20 @@ void SlamProcess::publish_health(const TrackingResult& result) {
   node_.set_metric("restarts", s.restarts);
   node_.set_metric("focal_factor", s.focal_factor);
   node_.set_metric("quality", result.quality);
+  const auto with_trouble = [this](const std::string& reason) {
+    if (file_trouble_.empty()) return reason;
+    return reason.empty() ? file_trouble_ : reason + "; " + file_trouble_;
+  };
   switch (result.state) {
     case TrackingState::kTracking: {
-      const std::string warning = file_trouble_.empty() ? slam_->warning() : file_trouble_;
-      return node_.set_state(warning.empty() ? ProcessState::kOk : ProcessState::kDegraded,
-                             warning);
+      const std::string reason = with_trouble(slam_->warning());
+      return node_.set_state(reason.empty() ? ProcessState::kOk : ProcessState::kDegraded, reason);
     }
     case TrackingState::kInitialising:
-      return node_.set_state(ProcessState::kWaiting, "initialising: " + result.reason);
+      return node_.set_state(ProcessState::kWaiting,
+                             with_trouble("initialising: " + result.reason));
     case TrackingState::kLost:
-      return node_.set_state(ProcessState::kDegraded, "lost: " + result.reason);
+      return node_.set_state(ProcessState::kDegraded, with_trouble("lost: " + result.reason));
   }
 }
 

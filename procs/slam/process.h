@@ -1,7 +1,9 @@
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "common/delta_stream.h"
 #include "common/image.h"
@@ -39,7 +41,9 @@ class SlamProcess : public Process {
   void update_epoch(Time time);
   void continue_mapping();
   bool start_file_job();
-  void take_over(const StoredMap& stored, const std::string& folder);
+  bool take_over(const StoredMap& stored, const std::string& folder);
+  void report_trouble(const std::string& trouble);
+  void drop_loads();
   void publish_delta();
   void publish_health(const TrackingResult& result);
 
@@ -57,9 +61,16 @@ class SlamProcess : public Process {
   Time data_time_, last_image_, last_view_;  // the camera's clock
   Time last_arrival_, last_rejection_;       // ours
   std::string rejection_;
-  std::optional<StoredMap> start_map_;        // params' map_folder, until the camera is known
-  std::optional<slam_command_t> file_order_;  // save or load, waiting for the worker
-  std::string file_trouble_;                  // of the last one, for the health
+  std::optional<StoredMap> start_map_;  // params' map_folder, until its camera comes
+  struct FileOrder {
+    bool save = false;
+    std::string folder;
+    StoredMap map;
+    int load_mark = 0;
+  };
+  std::deque<FileOrder> file_orders_;  // waiting for the worker
+  int load_mark_ = 0;                  // loads with an older one are void
+  std::string file_trouble_;           // of the last order, for the health
 };
 
 }  // namespace foresight

@@ -63,6 +63,7 @@ MappingJob& MappingJob::operator=(MappingJob&&) noexcept = default;
 MappingJob::~MappingJob() = default;
 double MappingJob::relative_cost() const {
   if (std::holds_alternative<SeedWork>(data->work)) return 0.2;
+  if (std::holds_alternative<FocalWork>(data->work)) return 2;
   return 1;
 }
 MappingResult::MappingResult(std::unique_ptr<Data> result_data) : data(std::move(result_data)) {}
@@ -341,7 +342,7 @@ void Slam::Impl::reset(const std::string& reason) {
   motion_ = slam::MotionModel(camera_);
   relocalizer_ = slam::Relocalizer(camera_);
   state_ = TrackingState::kInitialising;
-  good_frames_ = 0;
+  good_frames_ = doubtful_frames_ = 0;
   bundle_wanted_ = false;
   keyframes_to_check_ = kFirstFocalCheck;
   counters_.focal_factor = counters_.focal_cost_ratio = 1;
@@ -407,6 +408,8 @@ StoredMap Slam::Impl::stored_map() const {
     point.confirmed = p.confirmed;
     point.predicted_count = p.predicted_count;
     point.found_count = p.found_count;
+    point.outlier_count = p.outlier_count;
+    point.born_keyframe_id = p.born_keyframe_id;
     for (const slam::Observation& o : p.observations) {
       point.observations.push_back({o.keyframe_id, o.level, o.pixel});
     }
@@ -436,7 +439,8 @@ void Slam::Impl::restore(const StoredMap& stored) {
     point.confirmed = p.confirmed;
     point.predicted_count = p.predicted_count;
     point.found_count = p.found_count;
-    point.born_keyframe_id = p.source_keyframe_id;
+    point.outlier_count = p.outlier_count;
+    point.born_keyframe_id = p.born_keyframe_id;
     std::optional<slam::Corner> source;
     for (const StoredMap::Observation& o : p.observations) {
       point.observations.push_back({o.keyframe_id, o.level, o.pixel, camera_.unproject(o.pixel)});

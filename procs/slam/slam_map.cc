@@ -114,10 +114,6 @@ void SlamMap::move_point(int32_t id, const Eigen::Vector3d& position_in_map) {
   touched_.points.insert(id);
 }
 
-void SlamMap::set_median_depth(int32_t keyframe_id, double depth) {
-  keyframes_.at(keyframe_id).median_depth = depth;
-}
-
 void SlamMap::add_observation(int32_t point_id, const Observation& observation) {
   std::vector<Observation>& observations = point_ref(point_id).observations;
   const auto it = find_observation(observations, observation.keyframe_id);
@@ -179,11 +175,16 @@ void SlamMap::validate() const {
 }
 
 std::map<int32_t, int> shared_point_counts(const SlamMap& map, const std::set<int32_t>& point_ids) {
-  std::map<int32_t, int> counts;
+  if (map.empty()) return {};
+  std::vector<int> flat(static_cast<size_t>(map.newest_keyframe().id) + 1, 0);
   for (const int32_t id : point_ids) {
     const Point* point = map.point(id);
     if (point == nullptr) continue;
-    for (const Observation& o : point->observations) ++counts[o.keyframe_id];
+    for (const Observation& o : point->observations) ++flat[static_cast<size_t>(o.keyframe_id)];
+  }
+  std::map<int32_t, int> counts;
+  for (size_t id = 0; id < flat.size(); ++id) {
+    if (flat[id] > 0) counts.emplace_hint(counts.end(), static_cast<int32_t>(id), flat[id]);
   }
   return counts;
 }

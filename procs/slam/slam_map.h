@@ -81,7 +81,6 @@ class SlamMap {
   void set_source(int32_t point_id, const Corner& source);
   void move_keyframe(int32_t id, const Pose<Map, Cam>& map_from_cam);
   void move_point(int32_t id, const Eigen::Vector3d& position_in_map);
-  void set_median_depth(int32_t keyframe_id, double depth);
   /// Replaces the observation of the same keyframe, if there is one.
   void add_observation(int32_t point_id, const Observation& observation);
   void remove_observation(int32_t point_id, int32_t keyframe_id);

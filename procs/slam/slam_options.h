@@ -11,7 +11,7 @@ struct SlamOptions {
   double init_max_rms_px = 1.0;         // reprojection error of the adjusted first map
 
   // --- tracking
-  int max_tracked_points = 700;    // searched per image; each about 2 µs and its projection
+  int max_tracked_points = 500;    // searched per image; each about 2 µs and its projection
   double min_quality = 0.3;        // below: lost
   double doubtful_quality = 0.55;  // below: other places in the map may claim the image
   int min_found_points = 25;       // below: lost

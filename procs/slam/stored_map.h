@@ -31,7 +31,8 @@ struct StoredMap {
     Eigen::Vector3d position_in_map{0, 0, 0};
     int32_t source_keyframe_id = 0;  // whose image its patch comes from; it is among the observers
     bool confirmed = false;
-    int32_t predicted_count = 0, found_count = 0;
+    int32_t predicted_count = 0, found_count = 0, outlier_count = 0;
+    int32_t born_keyframe_id = 0;           // newest keyframe when it was made
     std::vector<Observation> observations;  // by keyframe id, increasing
   };
   CameraModel camera;

@@ -71,7 +71,7 @@ TEST_F(MapFolderTest, ComesBackAsItWas) {
   ASSERT_GE(saved.keyframes.size(), 4u);
   ASSERT_GE(saved.points.size(), 150u);
   write_map_folder(saved, folder("map"));
-  write_map_folder(saved, folder("map"));  // replaces
+  write_map_folder(saved, folder("map") + "/");  // replaces
   const StoredMap read = read_map_folder(folder("map"));
   EXPECT_EQ(read.camera, saved.camera);
   ASSERT_EQ(read.keyframes.size(), saved.keyframes.size());
@@ -181,13 +181,33 @@ TEST_F(MapFolderTest, IsNotBelievedWhenDamaged) {
   write_map_folder(saved, folder("map"));
   expect_refused("foresight_map 1", "foresight_map 2");
   expect_refused("\nkeyframe 1 ", "\nkeyframe 0 ");
+  expect_refused("\nkeyframe 0 ", "\nkeyframe -1 ");
+  expect_refused("\nkeyframe 1 ", "\nkeyframe 2147483647 ");
   expect_refused("\nkeyframe 1 ", "\nkeyframe nan ");
+  expect_refused("\ncamera ", "\nkeyframe 0 0 1 1 0 0 0 0 0 0\ncamera ");
+  expect_refused("\nkeyframe 0 ", "\ncamera 0 320 240 1 1 1 1 0 0 0 0 0\nkeyframe 0 ");
+  expect_refused("\npoint 0 ", "\npoint -1 ");
   expect_refused("\npoint ", "\npoint -5 nan ");
   expect_refused("\npoint ", "\nthing ");
   expect_refused("\ncamera 0 640", "\ncamera 0 -640");
   expect_refused("\ncamera 0 640", "\ncamera 0 320");  // the images are larger
   std::filesystem::remove(folder("map") + "/images/000001.png");
   EXPECT_THROW((void)read_map_folder(folder("map")), ConfigError);
+}
+
+TEST_F(MapFolderTest, ReplacesNothingButMaps) {
+  const StoredMap saved = make_map();
+  std::filesystem::create_directories(folder("precious"));
+  std::ofstream(folder("precious") + "/letter.txt") << "dear";
+  EXPECT_THROW(write_map_folder(saved, folder("precious")), UnavailableError);
+  EXPECT_TRUE(std::filesystem::exists(folder("precious") + "/letter.txt"));
+  std::filesystem::create_directories(folder("empty"));
+  EXPECT_NO_THROW(write_map_folder(saved, folder("empty")));
+  EXPECT_THROW(write_map_folder(StoredMap{}, folder("empty")), UnavailableError);
+  EXPECT_EQ(read_map_folder(folder("empty")).points.size(), saved.points.size());
+  for (const auto& entry : std::filesystem::directory_iterator(temp_.path())) {
+    EXPECT_NE(entry.path().filename().string()[0], '.') << "left over: " << entry.path();
+  }
 }
 
 TEST_F(MapFolderTest, SaysWhereItCannotWrite) {

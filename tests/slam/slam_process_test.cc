@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "common/messages.h"
 #include "common/simulation.h"
@@ -26,6 +27,7 @@ class SlamProcessTest : public testing::Test {
         ASSERT_GT(pose_.decode(bytes.data(), 0, size), 0);
         ++poses_;
       }
+      if (channel == "VIEW") ++views_;
       if (channel == "HEALTH") {
         ASSERT_GT(health_.decode(bytes.data(), 0, size), 0);
       }
@@ -87,7 +89,7 @@ class SlamProcessTest : public testing::Test {
   Duration clock_offset_;  // of the camera's clock
   camera_pose_t pose_{};
   health_t health_{};
-  int poses_ = 0;
+  int poses_ = 0, views_ = 0;
 };
 
 TEST_F(SlamProcessTest, SaysWhyItWaitsBeforeThereIsAMap) {
@@ -131,8 +133,10 @@ TEST_F(SlamProcessTest, AClockThatJumpsIsBelievedAfterASecond) {
   for (int i = 0; i < 45; ++i) step(0.6);
   expect_tracking_in(epoch);
   EXPECT_LT(pose_.utime, world_.now().us);
+  const int views = views_;
   sweep(0.6, 0.7, 6);
   expect_tracking_in(epoch);
+  EXPECT_GE(views_, views + 5);
 }
 
 TEST_F(SlamProcessTest, AnUnpluggedCameraIsNamedAndForgiven) {
@@ -211,6 +215,11 @@ TEST_F(SlamOrderTest, SavesLoadsAndForgetsTheMap) {
   const int64_t epoch = pose_.epoch;
   order(slam_command_t::COMMAND_SAVE_MAP, temp_.path() + "/map");
   EXPECT_TRUE(std::filesystem::exists(temp_.path() + "/map/points3D.txt"));
+  // A reset right after a save: what was there at the save is what is saved.
+  slam_command_t save{};
+  save.command = slam_command_t::COMMAND_SAVE_MAP;
+  save.folder = temp_.path() + "/map";
+  send("SLAM_COMMAND", save);
   order(slam_command_t::COMMAND_RESET_MAP, "");
   step(0.5);
   EXPECT_EQ(pose_.state, +camera_pose_t::STATE_INITIALISING);
@@ -231,11 +240,27 @@ TEST_F(SlamOrderTest, NamesWhatItCannotLoadOrSaveAndTracksOn) {
   order(slam_command_t::COMMAND_SAVE_MAP, "/proc/foresight");
   sweep(0.7, 0.8, 35);
   expect_tracking_in(epoch);
-  EXPECT_NE(health_.reason.find("/proc/foresight"), std::string::npos) << health_.reason;
+  EXPECT_NE(health_.reason.find("/proc/.foresight"), std::string::npos) << health_.reason;
+  std::filesystem::create_directories(temp_.path() + "/precious");
+  std::ofstream(temp_.path() + "/precious/letter.txt") << "dear";
+  order(slam_command_t::COMMAND_SAVE_MAP, temp_.path() + "/precious");
+  EXPECT_TRUE(std::filesystem::exists(temp_.path() + "/precious/letter.txt"));
   order(slam_command_t::COMMAND_SAVE_MAP, "relative");  // rejected: says nothing about files
   order(77, temp_.path());
   sweep(0.8, 0.9, 6);
   expect_tracking_in(epoch);
+}
+
+TEST_F(SlamOrderTest, SavesNoMapThatIsNotThere) {
+  start_map();
+  order(slam_command_t::COMMAND_SAVE_MAP, temp_.path() + "/map");
+  order(slam_command_t::COMMAND_RESET_MAP, "");
+  order(slam_command_t::COMMAND_SAVE_MAP, temp_.path() + "/map");
+  for (int i = 0; i < 35; ++i) step(0.0);
+  EXPECT_NE(health_.reason.find("no map to save"), std::string::npos) << health_.reason;
+  order(slam_command_t::COMMAND_LOAD_MAP, temp_.path() + "/map");  // the first one is still there
+  step(0.5);
+  EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
 }
 
 TEST_F(SlamOrderTest, DoesNotTakeTheMapOfAnotherCamera) {
