@@ -82,6 +82,47 @@ void say_how_good(const Calibration& c, const ViewCollector& collector) {
   }
 }
 
+struct Footage {
+  ViewCollector collector;
+  cv::Mat sample;  // the last image with a view that was kept
+};
+
+Footage collect(const Options& options, const CalibrationBoard& board) {
+  const std::unique_ptr<FrameSource> source = open_frame_source(options.source);
+  std::optional<Footage> footage;
+  int frames = 0, found = 0, kept = 0;
+  while (kept < options.max_views && frames < options.max_frames) {
+    const auto frame = source->next();
+    if (!frame) {
+      if (!source->error().empty()) throw UnavailableError(source->error());
+      break;
+    }
+    if (frames++ % options.every != 0) continue;
+    const cv::Mat gray = gray_of(*frame);
+    if (gray.empty()) continue;
+    if (!footage) footage = Footage{ViewCollector(gray.cols, gray.rows), gray};
+    if (gray.size() != footage->sample.size()) {
+      throw UnavailableError("the images differ in size");
+    }
+    if (auto view = find_board(gray, board)) {
+      ++found;
+      if (footage->collector.add(std::move(*view))) footage->sample = gray;
+    }
+    kept = static_cast<int>(footage->collector.views().size());
+    if (frames % 30 < options.every) {
+      std::fprintf(stderr, "calibrate-camera: %d frames, board in %d, %d views kept\n", frames,
+                   found, kept);
+    }
+  }
+  if (!footage) throw UnavailableError(options.source + ": no images");
+  if (found == 0) {
+    throw UnavailableError("no board in " + std::to_string(frames) +
+                           " frames: --columns and --rows count the inner corners of a chessboard, "
+                           "or the tags of a grid");
+  }
+  return *footage;
+}
+
 int calibrate(const Options& options) {
   CalibrationBoard board = options.target;
   board.kind = kBoards.at(options.board);
@@ -92,44 +133,9 @@ int calibrate(const Options& options) {
   if (std::filesystem::exists(options.output) && !options.overwrite) {
     throw UsageError(options.output + " exists: --overwrite replaces it");
   }
-  const std::unique_ptr<FrameSource> source = open_frame_source(options.source);
-  std::optional<ViewCollector> collector;
-  cv::Mat sample, size_of;
-  int frames = 0, found = 0;
-  bool enough = false;
-  while (!enough && frames < options.max_frames) {
-    const auto frame = source->next();
-    if (!frame) {
-      if (!source->error().empty()) throw UnavailableError(source->error());
-      break;
-    }
-    if (frames++ % options.every != 0) continue;
-    const cv::Mat gray = gray_of(*frame);
-    if (gray.empty()) continue;
-    if (!collector) {
-      collector.emplace(gray.cols, gray.rows);
-      size_of = gray;
-    }
-    if (gray.size() != size_of.size()) throw UnavailableError("the images differ in size");
-    if (auto view = find_board(gray, board)) {
-      ++found;
-      if (collector->add(std::move(*view))) sample = gray;
-    }
-    const auto kept = static_cast<int>(collector->views().size());
-    if (frames % 30 < options.every) {
-      std::fprintf(stderr, "calibrate-camera: %d frames, board in %d, %d views kept\n", frames,
-                   found, kept);
-    }
-    enough = kept == options.max_views;
-  }
-  if (!collector) throw UnavailableError(options.source + ": no images");
-  if (found == 0) {
-    throw UnavailableError("no board in " + std::to_string(frames) +
-                           " frames: --columns and --rows "
-                           "count the inner corners of a chessboard, or the tags of a grid");
-  }
-  const Calibration calibration =
-      calibrate_lens(collector->views(), size_of.cols, size_of.rows, kLenses.at(options.lens));
+  const Footage footage = collect(options, board);
+  const Calibration calibration = calibrate_lens(footage.collector.views(), footage.sample.cols,
+                                                 footage.sample.rows, kLenses.at(options.lens));
   if (!(calibration.held_out_rms_px <= kHopeless_px)) {
     char rms[32];
     std::snprintf(rms, sizeof rms, "%.1f px", calibration.held_out_rms_px);
@@ -140,8 +146,9 @@ int calibrate(const Options& options) {
   std::ofstream file(options.output);
   file << camera_file_text(calibration);
   if (!file.flush()) throw UnavailableError(options.output + ": cannot be written");
-  say_how_good(calibration, *collector);
-  if (!options.picture.empty()) draw(*collector, calibration, sample, options.picture);
+  say_how_good(calibration, footage.collector);
+  if (!options.picture.empty())
+    draw(footage.collector, calibration, footage.sample, options.picture);
   std::printf("wrote %s\n", options.output.c_str());
   return kExitDone;
 }

@@ -71,6 +71,18 @@ bool reproject(const BundleObservation& o, const double* pose, const double* poi
   return true;
 }
 
+// To where the solver wants it.
+void write(const Reprojection& r, double* residuals, double** jacobians) {
+  Eigen::Map<Vector2d>(residuals, 2) = r.residual;
+  if (jacobians == nullptr) return;
+  if (jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>>(jacobians[0], 2, 7) = r.by_pose;
+  }
+  if (jacobians[1] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobians[1], 2, 3) = r.by_point;
+  }
+}
+
 class ReprojectionCost : public ceres::SizedCostFunction<2, 7, 3> {
  public:
   explicit ReprojectionCost(const BundleObservation& o) : observation_(o) {}
@@ -82,14 +94,7 @@ class ReprojectionCost : public ceres::SizedCostFunction<2, 7, 3> {
     if (!reproject(observation_, parameters[0], parameters[1], 1, jacobians != nullptr, &r)) {
       return false;
     }
-    Eigen::Map<Vector2d>(residuals, 2) = r.residual;
-    if (jacobians == nullptr) return true;
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>>(jacobians[0], 2, 7) = r.by_pose;
-    }
-    if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobians[1], 2, 3) = r.by_point;
-    }
+    write(r, residuals, jacobians);
     return true;
   }
 
@@ -108,15 +113,9 @@ class FocalReprojectionCost : public ceres::SizedCostFunction<2, 7, 3, 1> {
                    jacobians != nullptr, &r)) {
       return false;
     }
-    Eigen::Map<Vector2d>(residuals, 2) = r.residual;
-    if (jacobians == nullptr) return true;
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>>(jacobians[0], 2, 7) = r.by_pose;
-    }
-    if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobians[1], 2, 3) = r.by_point;
-    }
-    if (jacobians[2] != nullptr) Eigen::Map<Vector2d>(jacobians[2], 2) = r.by_factor;
+    write(r, residuals, jacobians);
+    if (jacobians != nullptr && jacobians[2] != nullptr)
+      Eigen::Map<Vector2d>(jacobians[2], 2) = r.by_factor;
     return true;
   }
 

@@ -163,13 +163,6 @@ BundleProblem Solver::bundle_over_views(const TwoViewSolution& solution) const {
   return problem;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Each point's mean squared error over the views, px²; the limit for an outlier in any of them.
 std::vector<double> point_costs(const BundleProblem& problem, const BundleSolution& solution) {
   std::vector<double> sums(problem.points.size(), 0), worst(problem.points.size(), 0);

@@ -1,8 +1,12 @@
-// Small helpers for rigid motions and rays.
+// Small helpers for rigid motions, rays and medians.
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
 
 #include "common/frames.h"
 
@@ -42,6 +46,14 @@ inline double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) 
 }
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
+
+/// Upper median; `fallback` for none.
+inline double median(std::vector<double> values, double fallback = 0) {
+  if (values.empty()) return fallback;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 /// Viewing direction (x/z, y/z) to the ray with z = 1.
 inline Eigen::Vector3d ray_from_xy(const Eigen::Vector2d& xy) { return {xy.x(), xy.y(), 1.0}; }

@@ -41,13 +41,6 @@ std::string format(const char* pattern, Args... args) {
   return text;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 Vector3d center_in_first(const Pose<Cam, Cam>& second_from_first) {
   return second_from_first.inverse().translation();
 }

@@ -39,13 +39,6 @@ constexpr double kRedundant = 0.9;     // share of points that three others see
 constexpr size_t kYoungKeyframes = 8;  // up to so many the map counts as young
 constexpr double kYoungGrowth = 0.7;   // of its longest baseline, to the next keyframe
 
-double median(std::vector<double> values, double fallback) {
-  if (values.empty()) return fallback;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_depth(const SlamMap& map, const Pose<Map, Cam>& map_from_cam,
                     const std::vector<PointMatch>& matches, double fallback) {
   const Pose<Cam, Map> cam_from_map = map_from_cam.inverse();
@@ -103,7 +96,7 @@ std::vector<int32_t> misfits(const BundleSolution& solution) {
   for (const BundleSolution::Fit& fit : solution.fits) {
     if (fit.observations >= kMisfitObservations) errors.push_back(fit.rms_px);
   }
-  const double limit = std::max(kMisfitFloor_px, kMisfitRatio * median(std::move(errors), 0));
+  const double limit = std::max(kMisfitFloor_px, kMisfitRatio * median(std::move(errors)));
   std::vector<int32_t> ids;
   for (size_t i = 0; i < solution.fits.size(); ++i) {
     const BundleSolution::Fit& fit = solution.fits[i];
@@ -134,6 +127,19 @@ double redundant_share(const SlamMap& map, const Keyframe& keyframe) {
     if (map.point(id)->observations.size() > 3) ++redundant;
   }
   return static_cast<double>(redundant) / static_cast<double>(keyframe.point_ids.size());
+}
+
+// A point and those of its observations whose keyframes are in the problem, at these indices.
+void add_point(const Point& point, const std::map<int32_t, int32_t>& index, double focal_px,
+               BundleProblem* problem) {
+  const auto point_index = static_cast<int32_t>(problem->points.size());
+  problem->points.push_back({point.id, point.position_in_map});
+  for (const Observation& o : point.observations) {
+    const auto it = index.find(o.keyframe_id);
+    if (it == index.end()) continue;
+    problem->observations.push_back(
+        {it->second, point_index, o.xy, focal_px / level_scale(o.level)});
+  }
 }
 
 }  // namespace
@@ -438,17 +444,7 @@ BundleProblem Mapper::bundle_problem(const SlamMap& map) const {
     add(id, anchor ? BundleRole::kFixed : BundleRole::kAdjusted);
   }
   for (const int32_t id : fixed) add(id, BundleRole::kFixed);
-  for (const int32_t id : point_ids) {
-    const Point& point = *map.point(id);
-    const auto point_index = static_cast<int32_t>(problem.points.size());
-    problem.points.push_back({id, point.position_in_map});
-    for (const Observation& o : point.observations) {
-      const auto it = index.find(o.keyframe_id);
-      if (it == index.end()) continue;
-      problem.observations.push_back(
-          {it->second, point_index, o.xy, camera_.fx_px / level_scale(o.level)});
-    }
-  }
+  for (const int32_t id : point_ids) add_point(*map.point(id), index, camera_.fx_px, &problem);
   return problem;
 }
 
@@ -473,15 +469,7 @@ BundleProblem Mapper::focal_problem(const SlamMap& map) const {
   }
   const size_t every = std::max<size_t>(1, (candidates.size() + kFocalPoints - 1) / kFocalPoints);
   for (size_t i = 0; i < candidates.size(); i += every) {
-    const Point& point = *candidates[i];
-    const auto point_index = static_cast<int32_t>(problem.points.size());
-    problem.points.push_back({point.id, point.position_in_map});
-    for (const Observation& o : point.observations) {
-      const auto it = index.find(o.keyframe_id);
-      if (it == index.end()) continue;
-      problem.observations.push_back(
-          {it->second, point_index, o.xy, camera_.fx_px / level_scale(o.level)});
-    }
+    add_point(*candidates[i], index, camera_.fx_px, &problem);
   }
   return problem;
 }

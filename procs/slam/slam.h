@@ -6,10 +6,9 @@
 //     TrackingResult result = slam.track(time, view);            // main thread, about 5–10 ms
 //     if (worker is idle)                                         // slow work beside tracking
 //       if (auto job = slam.take_job()) worker.start([job] { return Slam::run(job); });
-//     if (worker is done) slam.apply(worker.result());            // main thread, at a message
-//     border if (slam.epoch() != sent_epoch) …;                          // the map restarted:
-//     receivers drop theirs MapDelta delta = slam.take_delta();                         // what the
-//     carver has to learn
+//     if (worker is done) slam.apply(worker.result());            // main thread
+//     if (slam.epoch() != sent_epoch) …;        // the map restarted: receivers drop theirs
+//     MapDelta delta = slam.take_delta();       // what the carver has to learn
 //
 // In replay: `while (auto job = slam.take_job()) slam.apply(Slam::run(std::move(*job)));` after
 // each track(): the same images then give the same bytes.
