@@ -77,6 +77,11 @@ class Similarity {
   Eigen::Vector3d operator*(const Eigen::Vector3d& point_in_b) const {
     return scale_ * (rotation_ * point_in_b) + translation_;
   }
+  template <class C>
+  Similarity<A, C> operator*(const Similarity<B, C>& b_from_c) const {
+    return {scale_ * b_from_c.scale(), rotation_ * b_from_c.rotation(),
+            *this * b_from_c.translation()};
+  }
   /// A pose known in b, expressed in a (the pose's own axes stay rigid).
   template <class C>
   Pose<A, C> operator*(const Pose<B, C>& b_from_c) const {

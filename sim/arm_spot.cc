@@ -64,32 +64,8 @@ Level largest_level(const std::vector<LoadedMesh>& meshes, const Bounds& bounds,
   return best;
 }
 
-// Asks for distances one ray at a time.
-class Probe {
- public:
-  explicit Probe(const Scene& scene) : tracer_(scene) {}
-
-  /// Nothing where the ray meets nothing.
-  std::optional<float> distance(const Vector3f& from, const Vector3f& direction) const {
-    alignas(64) RTCRayHit16 rays{};
-    alignas(64) int valid[16] = {-1};
-    rays.ray.org_x[0] = from.x(), rays.ray.org_y[0] = from.y(), rays.ray.org_z[0] = from.z();
-    rays.ray.dir_x[0] = direction.x(), rays.ray.dir_y[0] = direction.y();
-    rays.ray.dir_z[0] = direction.z();
-    rays.ray.tfar[0] = 1e6f, rays.ray.mask[0] = ~0u;
-    rays.hit.geomID[0] = RTC_INVALID_GEOMETRY_ID;
-    rays.hit.instID[0][0] = RTC_INVALID_GEOMETRY_ID;
-    tracer_.find_nearest(valid, &rays);
-    if (rays.hit.geomID[0] == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    return rays.ray.tfar[0];
-  }
-
- private:
-  RayTracer tracer_;
-};
-
 // Whether a person-sized column around the shoulder is free and stands on the floor.
-bool is_free(const Probe& probe, const Vector3f& shoulder, float shoulder_m) {
+bool is_free(const RayTracer& probe, const Vector3f& shoulder, float shoulder_m) {
   constexpr float kRadius_m = 0.6f;
   const auto below = probe.distance(shoulder, -Vector3f::UnitZ());
   if (!below || std::abs(*below - shoulder_m) > 0.06f) return false;
@@ -155,7 +131,7 @@ float view_score(RayCamera& camera, const Frame& spot) {
 }
 
 // Height of the ceiling over most of the room, where there is one.
-std::optional<float> ceiling_m(const Probe& probe, const Bounds& bounds) {
+std::optional<float> ceiling_m(const RayTracer& probe, const Bounds& bounds) {
   constexpr int kGrid = 12;
   std::vector<float> heights;
   for (int i = 0; i < kGrid * kGrid; ++i) {
@@ -229,7 +205,7 @@ float floor_height_m(const std::vector<LoadedMesh>& meshes) {
 
 Frame find_arm_spot(const Scene& scene, float floor_m, float floor_to_shoulder_m) {
   constexpr int kGrid = 20, kTurns = 12;
-  const Probe probe(scene);
+  const RayTracer probe(scene);
   RayCamera camera(scene, {.model = thumbnail_camera(), .antialiasing = Antialiasing::kNone});
   const Bounds bounds = bounds_of(scene);
   const Vector3f size = bounds.high - bounds.low;
@@ -252,7 +228,7 @@ Frame find_arm_spot(const Scene& scene, float floor_m, float floor_to_shoulder_m
 void add_lamp_and_backdrop(Scene& scene) {
   constexpr float kDeskHeight_m = 0.8f, kLight = 0.95f;
   const Bounds bounds = bounds_of(scene);
-  const std::optional<float> ceiling = ceiling_m(Probe(scene), bounds);
+  const std::optional<float> ceiling = ceiling_m(RayTracer(scene), bounds);
   const float top = ceiling ? *ceiling - 0.05f : bounds.high.z() + 0.5f;
   const Vector3f size = (bounds.high - bounds.low).cwiseMax(1.0f);
   // Not in the middle, so that opposite walls differ.

@@ -48,4 +48,19 @@ void RayTracer::find_blocked(const int* valid, RTCRay16* rays) const {
   rtcOccluded16(valid, scene_, &context, rays);
 }
 
+std::optional<float> RayTracer::distance(const Eigen::Vector3f& from,
+                                         const Eigen::Vector3f& direction) const {
+  alignas(64) RTCRayHit16 rays{};
+  alignas(64) int valid[16] = {-1};
+  rays.ray.org_x[0] = from.x(), rays.ray.org_y[0] = from.y(), rays.ray.org_z[0] = from.z();
+  rays.ray.dir_x[0] = direction.x(), rays.ray.dir_y[0] = direction.y();
+  rays.ray.dir_z[0] = direction.z();
+  rays.ray.tfar[0] = 1e6f, rays.ray.mask[0] = ~0u;
+  rays.hit.geomID[0] = RTC_INVALID_GEOMETRY_ID;
+  rays.hit.instID[0][0] = RTC_INVALID_GEOMETRY_ID;
+  find_nearest(valid, &rays);
+  if (rays.hit.geomID[0] == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return rays.ray.tfar[0];
+}
+
 }  // namespace foresight::sim

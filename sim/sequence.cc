@@ -1,5 +1,6 @@
 #include "sim/sequence.h"
 
+#include <algorithm>
 #include <array>
 #include <cinttypes>
 #include <cmath>
@@ -107,12 +108,37 @@ void write_camera_file(const fs::path& path, const CameraModel& camera, double r
   file.close();
 }
 
+using Path = std::function<Pose<World, Cam>(Duration since_start)>;
+
+Path path_of(const SequenceParams& params) {
+  if (params.followed.empty()) {
+    return [trajectory = Trajectory(params.trajectory, params.seed)](Duration since_start) {
+      return trajectory.at(since_start);
+    };
+  }
+  return [track = params.followed](Duration since_start) {
+    const Time first = track.front().time, last = track.back().time;
+    return *pose_at(track, std::clamp(first + since_start, first, last));
+  };
+}
+
+// How many pictures begin before the duration is over, the followed track's last pose included.
+int64_t count_frames(const SequenceParams& params) {
+  double count = std::floor(params.duration_s * params.rate_hz + 1e-9);
+  if (!params.followed.empty()) {
+    constexpr double kRounding_s = 1e-6;
+    const Duration span = params.followed.back().time - params.followed.front().time;
+    count = std::min(count, std::floor((span.seconds() + kRounding_s) * params.rate_hz) + 1);
+  }
+  return static_cast<int64_t>(count);
+}
+
 class Writer {
  public:
   Writer(const fs::path& folder, const SequenceParams& params, const Scene& scene)
       : folder_(folder),
         params_(params),
-        trajectory_(params.trajectory, params.seed),
+        path_(path_of(params)),
         camera_(scene, {.model = sequence_camera(params.width_px, params.distorted),
                         .noise_levels = params.noise_levels,
                         .antialiasing = params.antialiasing}),
@@ -122,16 +148,22 @@ class Writer {
     rgb_.add("# timestamp filename");
     truth_.add("# timestamp tx ty tz qx qy qz qw  (camera-to-world, x right y down z forward)");
     depth_.add("# timestamp filename (16 bit, millimetres along the optical axis)");
+    if (params.scatter.distance_m > 0 || params.scatter.turn_rad > 0) {
+      scatter_.emplace(scene, camera_.model(), params.scatter);
+    }
   }
 
   void write_frame(int64_t index) {
     const Duration since_start = seconds(static_cast<double>(index) / params_.rate_hz);
     const Time time = kFirstFrame + since_start;
-    Image image = expose(since_start, static_cast<uint64_t>(index));
+    const uint64_t frame_seed = params_.seed * 0x100000001u + static_cast<uint64_t>(index);
+    std::optional<Pose<Cam, Cam>> shift;
+    if (scatter_) shift = scatter_->shift(path_(since_start), frame_seed);
+    Image image = expose(since_start, shift, frame_seed);
     const std::string name = "rgb/" + stamp(time) + ".jpg";
     write_colour(folder_ / name, image);
     rgb_.add(stamp(time) + " " + name);
-    const Pose<World, Cam> world_from_cam = trajectory_.at(since_start);
+    const Pose<World, Cam> world_from_cam = pose(since_start, shift);
     truth_.add(pose_line(time, world_from_cam));
     if (params_.depth_every > 0 && index % params_.depth_every == 0) {
       const std::string depth_name = "depth/" + stamp(time) + ".png";
@@ -147,21 +179,25 @@ class Writer {
   }
 
  private:
-  Image expose(Duration middle, uint64_t index) {
-    const uint64_t frame_seed = params_.seed * 0x100000001u + index;
-    if (params_.shutter_s <= 0) return camera_.render(trajectory_.at(middle), frame_seed);
+  Pose<World, Cam> pose(Duration since_start, const std::optional<Pose<Cam, Cam>>& shift) const {
+    return shift ? path_(since_start) * *shift : path_(since_start);
+  }
+
+  Image expose(Duration middle, const std::optional<Pose<Cam, Cam>>& shift, uint64_t frame_seed) {
+    if (params_.shutter_s <= 0) return camera_.render(pose(middle, shift), frame_seed);
     std::array<Pose<World, Cam>, kSubFrames> poses;
     for (size_t i = 0; i < kSubFrames; ++i) {
       const double part = (static_cast<double>(i) + 0.5) / kSubFrames - 0.5;
-      poses[i] = trajectory_.at(middle + seconds(part * params_.shutter_s));
+      poses[i] = pose(middle + seconds(part * params_.shutter_s), shift);
     }
     return camera_.render(poses, frame_seed);
   }
 
   fs::path folder_;
   const SequenceParams& params_;
-  Trajectory trajectory_;
+  Path path_;
   RayCamera camera_;
+  std::optional<Scatter> scatter_;
   Lines rgb_, truth_, depth_;
 };
 
@@ -177,6 +213,13 @@ CameraModel sequence_camera(int width_px, bool distorted) {
   if (distorted) camera.distortion = {-0.25, 0.09, 0.0006, -0.0004, -0.012};
   camera.prepare();
   return camera;
+}
+
+std::vector<TimedPose> moved_to_start(std::vector<TimedPose> track, uint64_t seed) {
+  const Pose<World, Cam> start = Trajectory(Trajectory::Kind::kDesk, seed).at({});
+  const Pose<World, World> world_from_file = start * track.front().world_from_cam.inverse();
+  for (TimedPose& pose : track) pose.world_from_cam = world_from_file * pose.world_from_cam;
+  return track;
 }
 
 std::vector<std::string> write_sequence(const std::string& folder, const SequenceParams& params,
@@ -195,7 +238,7 @@ std::vector<std::string> write_sequence(const std::string& folder, const Sequenc
     }
   }
   Writer writer(root, params, scene);
-  const auto count = static_cast<int64_t>(std::floor(params.duration_s * params.rate_hz + 1e-9));
+  const int64_t count = count_frames(params);
   for (int64_t i = 0; i < count; ++i) {
     writer.write_frame(i);
     progress(i + 1, count);

@@ -14,7 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "common/pose_track.h"
 #include "sim/ray_camera.h"
+#include "sim/scatter.h"
 #include "sim/trajectory.h"
 
 namespace foresight::sim {
@@ -22,10 +24,13 @@ namespace foresight::sim {
 struct SequenceParams {
   uint64_t seed = 1;       // of lab, trajectory and noise
   std::string scene_file;  // see scene_loader.h; empty: the lab
-  double duration_s = 20;
+  double duration_s = 20;  // at most; a followed track may be shorter
   double rate_hz = 30;
   int width_px = 640;  // the height is 3/4 of it
   Trajectory::Kind trajectory = Trajectory::Kind::kDesk;
+  /// Instead of the trajectory, from its first time to its last (at least two poses); empty: none.
+  std::vector<TimedPose> followed;
+  ScatterParams scatter;  // moves each picture's pose on its own
   double noise_levels = 1.5;
   bool distorted = false;  // a lens with k1 = −0.25 and friends
   double shutter_s = 0;    // > 0 blurs by four sub-frames
@@ -36,6 +41,10 @@ struct SequenceParams {
 
 /// The sequence's camera: 63° wide, principal point in the middle.
 CameraModel sequence_camera(int width_px, bool distorted);
+
+/// The track with its first pose where the desk trajectory of the seed starts and all others moved
+/// with it: for a track whose world is not ours.
+std::vector<TimedPose> moved_to_start(std::vector<TimedPose> track, uint64_t seed);
 
 /// Called after each frame with the number written so far and in all.
 using Progress = std::function<void(int64_t, int64_t)>;

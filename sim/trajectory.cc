@@ -15,6 +15,8 @@ constexpr double kEaseIn_s = 1.5;       // from rest to full pace
 constexpr double kCheckedSpan_s = 120;  // over which the limits are checked
 constexpr double kMargin = 0.95;
 constexpr double kReturnPeriod_s = 14;  // at full pace
+constexpr double kLapPeriod_s = 12;     // at full pace, which is always too fast
+constexpr double kLapRate_rad_per_s = 2 * std::numbers::pi / kLapPeriod_s;
 
 // Camera at a point that looks at another, the horizon level.
 Pose<World, Cam> looking(const Vector3d& from, const Vector3d& at) {
@@ -31,7 +33,26 @@ double Trajectory::Swing::at(double t_s) const {
   return amplitude * (std::sin(rate_rad_per_s * t_s + phase_rad) - std::sin(phase_rad));
 }
 
-Trajectory::Trajectory(Kind kind, uint64_t seed) : kind_(kind) {
+Trajectory::Ring Trajectory::ring_of(uint64_t seed) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  Random random(seed, "ring");
+  const auto vary = [&random](double low, double high) { return random.uniform(low, high); };
+  const auto swing = [&](double amplitude, int per_lap) {
+    return Swing{amplitude, per_lap * kLapRate_rad_per_s, vary(0, 6)};
+  };
+  Ring ring;
+  ring.direction = random.below(2) == 0 ? -1 : 1;
+  ring.radius_m = vary(0.84, 0.96);
+  ring.height_m = vary(0.37, 0.45);
+  ring.down_rad = vary(11, 14) * kDegree;
+  ring.start_rad = vary(-0.5, 0.5);
+  ring.radius = swing(0.02, 2);
+  ring.height = swing(0.03, 3);
+  ring.down = swing(1.5 * kDegree, 2);
+  return ring;
+}
+
+Trajectory::Trajectory(Kind kind, uint64_t seed) : kind_(kind), ring_(ring_of(seed)) {
   Random random(seed, "trajectory");
   const auto vary = [&random](double low, double high) { return random.uniform(low, high); };
   const double side = random.below(2) == 0 ? -1 : 1;
@@ -39,7 +60,7 @@ Trajectory::Trajectory(Kind kind, uint64_t seed) : kind_(kind) {
   target_in_world_ = {1.45, -0.10 * side, vary(-0.06, 0.02)};
   if (kind == Kind::kRotation) {
     target_ = {Swing{}, {side * 0.95, vary(0.5, 0.6), 0}, {0.22, vary(0.7, 0.9), 0}};
-  } else if (kind != Kind::kStatic) {
+  } else if (kind == Kind::kDesk || kind == Kind::kReturn) {
     // The target follows the camera at half the width: the scene is seen under changing angles.
     const double rate = vary(0.55, 0.65);
     position_ = {Swing{0.10, vary(0.35, 0.45), 0.5}, {side * 0.42, rate, 0}, {0.10, 0.7 * rate, 0}};
@@ -65,7 +86,17 @@ double Trajectory::safe_pace() const {
   return std::min(kMaxSpeed_m_per_s / speed, kMaxTurn_rad_per_s / turn);
 }
 
+Pose<World, Cam> Trajectory::pose_on_ring(double phase_s) const {
+  const double around = ring_.start_rad + ring_.direction * kLapRate_rad_per_s * phase_s;
+  const double down = ring_.down_rad + ring_.down.at(phase_s);
+  const Vector3d outward(std::cos(around), std::sin(around), 0);
+  const Vector3d from = (ring_.radius_m + ring_.radius.at(phase_s)) * outward +
+                        (ring_.height_m + ring_.height.at(phase_s)) * Vector3d::UnitZ();
+  return looking(from, from + std::cos(down) * outward - std::sin(down) * Vector3d::UnitZ());
+}
+
 Pose<World, Cam> Trajectory::pose_at_phase(double phase_s) const {
+  if (kind_ == Kind::kLoop) return pose_on_ring(phase_s);
   double t = phase_s;
   if (kind_ == Kind::kReturn) {
     // Out along the path and back along it, at the full speed in between.
@@ -94,6 +125,10 @@ Pose<World, Cam> Trajectory::at(Duration since_start) const {
 
 Duration Trajectory::time_of_return(int count) const {
   return seconds(kReturnPeriod_s * count / pace_ + kEaseIn_s / 2);
+}
+
+Duration Trajectory::time_of_lap(int count) const {
+  return seconds(kLapPeriod_s * count / pace_ + kEaseIn_s / 2);
 }
 
 }  // namespace foresight::sim

@@ -1,7 +1,6 @@
 #include "bench/slam_eval/evaluation.h"
 
 #include <malloc.h>
-#include <time.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -13,18 +12,13 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "bench/slam_eval/cpu_time.h"
 #include "bench/slam_eval/score.h"
 #include "common/errors.h"
 #include "procs/slam/map_folder.h"
 
 namespace foresight {
 namespace {
-
-double cpu_ms() {  // of this thread
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
-}
 
 // Peak resident memory since the last forget_peak(), which needs Linux; else since the start.
 void forget_peak() {
@@ -200,6 +194,7 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   e.peak_mb = peak_mb();
   e.statistics = slam.statistics();
   e.warning = slam.warning();
+  e.map = slam.stored_map();
   score(sequence, &e);
   if (!range.save_folder.empty()) {
     save(slam, e, range.save_folder + "/" + e.sequence + "_" + e.degradation);

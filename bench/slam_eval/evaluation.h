@@ -62,6 +62,7 @@ struct Evaluation {
   /// Of our live poses, and of the truth itself, over half a second (depth_transfer.h).
   DepthTransfer transfer, truth_transfer;
   double peak_mb = 0;
+  StoredMap map;      // in the end
   uint64_t hash = 0;  // of all poses and of the final map: equal bytes, equal hash
   std::vector<Eigen::Vector3d> truth_path, estimated_path;  // aligned, m
 };

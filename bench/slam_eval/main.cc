@@ -7,6 +7,7 @@
 #include "bench/slam_eval/evaluation.h"
 #include "bench/slam_eval/option_override.h"
 #include "bench/slam_eval/plot.h"
+#include "bench/slam_eval/relocalisation.h"
 #include "bench/slam_eval/reports.h"
 #include "common/tool_main.h"
 
@@ -19,6 +20,8 @@ struct Arguments {
   int runs = 1;
   std::string json, table, plots;
   EvaluationRange range;
+  std::string queries;  // folder
+  RelocalisationRange relocalisation;
 };
 
 std::vector<Degradation> chosen_degradations(const Arguments& arguments) {
@@ -26,6 +29,22 @@ std::vector<Degradation> chosen_degradations(const Arguments& arguments) {
   std::vector<Degradation> chosen;
   for (const std::string& name : arguments.degradations) chosen.push_back(degradation_named(name));
   return chosen;
+}
+
+void relocalise(const Arguments& arguments, const Sequence& mapped, const SlamOptions& options,
+                const Evaluation& e) {
+  const Sequence queries = load_sequence(arguments.queries);
+  const std::vector<RelocalisationTrial> trials =
+      try_to_relocalise(e.map, mapped, queries, options, arguments.relocalisation);
+  std::printf("%s, a lost camera shown single images of %s:\n%s", e.sequence.c_str(),
+              queries.name.c_str(), describe(trials).c_str());
+  if (!arguments.range.verbose) return;
+  for (const RelocalisationTrial& t : trials) {
+    std::printf(
+        "  %s: %.2f m, %.0f deg off; %s after %d images, quality %.2f, error %.3f m, %.1f deg\n",
+        t.path.c_str(), t.distance_m, t.angle_deg, t.placed() ? "placed" : "lost", t.images,
+        t.quality, t.error_m, t.error_deg);
+  }
 }
 
 int evaluate_all(const Arguments& arguments) {
@@ -41,13 +60,15 @@ int evaluate_all(const Arguments& arguments) {
       range.degradation = degradation;
       std::vector<Evaluation> runs;
       for (int i = 0; i < arguments.runs; ++i) runs.push_back(evaluate(sequence, options, range));
-      const Evaluation e = median_of(runs);
+      Evaluation e = median_of(runs);
       print(e);
+      if (!arguments.queries.empty()) relocalise(arguments, sequence, options, e);
       std::fflush(stdout);
       if (!arguments.plots.empty()) {
         plot_trajectory(e, arguments.plots + "/" + e.sequence + "_" + e.degradation + ".png");
       }
-      evaluations.push_back(e);
+      e.map = {};  // holds images
+      evaluations.push_back(std::move(e));
     }
   }
   if (!arguments.json.empty()) write_json(evaluations, arguments.json);
@@ -86,6 +107,12 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   app.add_option("--focal-factor", a.range.focal_factor,
                  "multiply the given focal length by this: a wrong camera file");
+  app.add_option("--relocalise", a.queries,
+                 "then show single images of this sequence (same world) to a lost camera");
+  app.add_option("--relocalise-start", a.relocalisation.start, "first of these images")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--relocalise-every", a.relocalisation.every, "take every so many of them")
+      ->check(CLI::PositiveNumber);
   app.add_flag("--verbose", a.range.verbose, "one line per image");
   app.add_option("--set", a.overrides, "option=value, see procs/slam/slam_options.h");
   return tool_main(app, argc, argv, [&] { return evaluate_all(a); });

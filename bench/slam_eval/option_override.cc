@@ -8,7 +8,7 @@
 namespace foresight {
 namespace {
 
-using Member = std::variant<double SlamOptions::*, int SlamOptions::*>;
+using Member = std::variant<double SlamOptions::*, int SlamOptions::*, bool SlamOptions::*>;
 
 const std::map<std::string, Member>& members() {
   static const std::map<std::string, Member> table = {
@@ -34,6 +34,7 @@ const std::map<std::string, Member>& members() {
       {"bundle_max_fixed", &SlamOptions::bundle_max_fixed},
       {"bundle_iterations", &SlamOptions::bundle_iterations},
       {"bundle_outlier_px", &SlamOptions::bundle_outlier_px},
+      {"close_loops", &SlamOptions::close_loops},
       {"delta_threshold_px", &SlamOptions::delta_threshold_px},
       {"relocalise_min_quality", &SlamOptions::relocalise_min_quality},
       {"doubtful_quality", &SlamOptions::doubtful_quality},
@@ -60,6 +61,8 @@ void override_option(const std::string& assignment, SlamOptions* options) {
   }
   if (const auto* real = std::get_if<double SlamOptions::*>(&it->second)) {
     options->** real = value;
+  } else if (const auto* flag = std::get_if<bool SlamOptions::*>(&it->second)) {
+    options->** flag = value != 0;
   } else {
     options->*std::get<int SlamOptions::*>(it->second) = static_cast<int>(value);
   }

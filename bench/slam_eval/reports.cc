@@ -73,8 +73,9 @@ void print(const Evaluation& e) {
       e.track_ms_median, e.track_ms_p95, e.track_ms_max, e.jobs, e.job_ms_median, e.job_ms_max,
       e.peak_mb);
   std::printf(
-      "  %d keyframes, %d points (%d published), %d losses, %d relocalisations, %d restarts\n",
-      s.keyframes, s.points, s.published_points, s.losses, s.relocalisations, s.restarts);
+      "  %d keyframes, %d points (%d published), %d losses, %d relocalisations, %d restarts, "
+      "%d loops\n",
+      s.keyframes, s.points, s.published_points, s.losses, s.relocalisations, s.restarts, s.loops);
   std::printf("  quality: %.2f 5th percentile of right poses, %.2f highest of those off by 10 cm\n",
               e.right_quality_p05, e.wrong_quality_max);
   std::printf("  focal length as it fits best / as given: %.3f, cost ratio %.2f%s%s\n",
@@ -129,6 +130,7 @@ void write_json(const std::vector<Evaluation>& evaluations, const std::string& p
     add("losses", e.statistics.losses);
     add("relocalisations", e.statistics.relocalisations);
     add("restarts", e.statistics.restarts);
+    add("loops", e.statistics.loops);
     add("focal_factor", e.statistics.focal_factor);
     add("focal_cost_ratio", e.statistics.focal_cost_ratio);
     add("disturbances", e.recovery.disturbances);

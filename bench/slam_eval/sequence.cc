@@ -1,6 +1,5 @@
 #include "bench/slam_eval/sequence.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -55,17 +54,7 @@ double depth_scale_of(const std::string& camera_file) {
 }  // namespace
 
 std::optional<Pose<World, Cam>> Sequence::truth_at(Time time) const {
-  const auto after = std::lower_bound(truth.begin(), truth.end(), time,
-                                      [](const TimedPose& p, Time t) { return p.time < t; });
-  if (after == truth.end()) return std::nullopt;
-  if (after->time - time <= milliseconds(1)) return after->world_from_cam;
-  if (after == truth.begin()) return std::nullopt;
-  const TimedPose &a = *(after - 1), &b = *after;
-  if (b.time - a.time > kMaxGap) return std::nullopt;
-  const double share = (time - a.time).seconds() / (b.time - a.time).seconds();
-  return Pose<World, Cam>(
-      a.world_from_cam.rotation().slerp(share, b.world_from_cam.rotation()),
-      (1 - share) * a.world_from_cam.translation() + share * b.world_from_cam.translation());
+  return pose_at(truth, time, kMaxGap);
 }
 
 Sequence load_sequence(const std::string& folder) {
@@ -81,14 +70,8 @@ Sequence load_sequence(const std::string& folder) {
   if (sequence.images.empty()) {
     throw UnavailableError((root / "rgb.txt").string() + ": no images ('seconds file' per line)");
   }
-  for (const std::string& line : data_lines((root / "groundtruth.txt").string())) {
-    std::istringstream fields(line);
-    double stamp_s, x, y, z, qx, qy, qz, qw;
-    if (fields >> stamp_s >> x >> y >> z >> qx >> qy >> qz >> qw) {
-      sequence.truth.push_back(
-          {from_seconds(stamp_s), {Eigen::Quaterniond(qw, qx, qy, qz), Eigen::Vector3d(x, y, z)}});
-    }
-  }
+  const std::filesystem::path truth = root / "groundtruth.txt";
+  if (std::filesystem::exists(truth)) sequence.truth = load_pose_track(truth.string());
   return sequence;
 }
 

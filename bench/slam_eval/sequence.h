@@ -7,6 +7,7 @@
 
 #include "common/camera_model.h"
 #include "common/frames.h"
+#include "common/pose_track.h"
 #include "common/time.h"
 
 namespace foresight {
@@ -14,11 +15,6 @@ namespace foresight {
 struct SequenceImage {
   Time time;
   std::string path;
-};
-
-struct TimedPose {
-  Time time;
-  Pose<World, Cam> world_from_cam;
 };
 
 struct Sequence {

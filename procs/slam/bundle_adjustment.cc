@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -174,9 +175,11 @@ bool solve(const BundleProblem& problem, std::vector<PoseBlock>* poses,
     ceres_problem.AddParameterBlock(factor, 1);
     ordering->AddElementToGroup(factor, 1);
   }
+  Reprojection seen;
   for (const BundleObservation& o : problem.observations) {
     double* pose = (*poses)[static_cast<size_t>(o.keyframe_index)].data();
     double* point = (*points)[static_cast<size_t>(o.point_index)].data();
+    if (!reproject(o, pose, point, 1, false, &seen)) continue;  // behind: judged an outlier
     if (factor != nullptr) {
       ceres_problem.AddResidualBlock(new FocalReprojectionCost(o), &loss, pose, point, factor);
     } else {
@@ -218,6 +221,37 @@ void judge_observations(const BundleProblem& problem, BundleSolution* solution) 
   solution->rms_px = inliers > 0 ? std::sqrt(squared_sum / static_cast<double>(inliers)) : 0;
 }
 
+// Moves the solution by the similarity that brings its keyframes closest to where they were: the
+// turn from the mean of their turns, scale and place by least squares.
+void bring_back(const BundleProblem& problem, BundleSolution* solution) {
+  const size_t count = solution->keyframes.size();
+  if (!solution->usable || count < 2) return;
+  Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
+  Vector3d old_middle = Vector3d::Zero(), new_middle = old_middle;
+  for (size_t i = 0; i < count; ++i) {
+    const Pose<Map, Cam>& before = problem.keyframes[i].map_from_cam;
+    const Pose<Map, Cam>& after = solution->keyframes[i].map_from_cam;
+    turns += (before.rotation() * after.rotation().inverse()).toRotationMatrix();
+    old_middle += before.translation() / static_cast<double>(count);
+    new_middle += after.translation() / static_cast<double>(count);
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(turns, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
+  double along = 0, squared = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const Vector3d arm =
+        rotation * (solution->keyframes[i].map_from_cam.translation() - new_middle);
+    along += arm.dot(problem.keyframes[i].map_from_cam.translation() - old_middle);
+    squared += arm.squaredNorm();
+  }
+  if (!(along > 0) || !(squared > 0)) return;
+  const double scale = along / squared;
+  const Similarity<Map, Map> back(scale, Eigen::Quaterniond(rotation),
+                                  old_middle - scale * (rotation * new_middle));
+  for (BundleKeyframe& k : solution->keyframes) k.map_from_cam = back * k.map_from_cam;
+  for (BundlePoint& p : solution->points) p.position_in_map = back * p.position_in_map;
+}
+
 }  // namespace
 
 BundleSolution adjust_bundle(const BundleProblem& problem) {
@@ -243,6 +277,7 @@ BundleSolution adjust_bundle(const BundleProblem& problem) {
     solution.points[i].position_in_map = points[i];
     solution.usable = solution.usable && points[i].allFinite();
   }
+  if (problem.floats) bring_back(problem, &solution);
   judge_observations(problem, &solution);
   return solution;
 }

@@ -36,6 +36,8 @@ struct BundleProblem {
   std::vector<BundlePoint> points;
   std::vector<BundleObservation> observations;
   int max_iterations = 10;
+  /// Nothing outside holds the map's place: the solution is brought back to where it was.
+  bool floats = false;
   double huber_px = 1.5;
   double outlier_px = 3.0;  // at its pyramid level: such observations are reported
 };

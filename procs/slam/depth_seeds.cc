@@ -214,6 +214,19 @@ std::vector<Seed> DepthSeeds::take_mature() {
   return mature;
 }
 
+void DepthSeeds::scale_keyframe(int32_t id, double factor) {
+  for (Seed& seed : seeds_) {
+    if (seed.corner.keyframe_id != id) continue;
+    seed.inverse_depth /= factor;
+    seed.low /= factor;
+    seed.high /= factor;
+    for (SeedSighting& s : seed.sightings) {
+      s.view_from_source = {s.view_from_source.rotation(),
+                            factor * s.view_from_source.translation()};
+    }
+  }
+}
+
 void DepthSeeds::forget_keyframe(int32_t id) {
   std::erase_if(seeds_, [&](const Seed& s) { return s.corner.keyframe_id == id; });
 }

@@ -66,6 +66,8 @@ class DepthSeeds {
   /// Gives up seeds that keep missing and those of keyframes before `oldest_keyframe_id`.
   void prune(int32_t oldest_keyframe_id);
   void forget_keyframe(int32_t id);
+  /// The map around this keyframe grew by so much.
+  void scale_keyframe(int32_t id, double factor);
   const std::vector<Seed>& seeds() const { return seeds_; }
   void clear() { seeds_.clear(); }
 

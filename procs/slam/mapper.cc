@@ -25,6 +25,8 @@ constexpr double kSameDirectionDeg = 15;  // for culling
 constexpr int kSeedViews = 3;             // keyframes in which new seeds are searched at once
 constexpr size_t kFocalKeyframes = 16, kFocalPoints = 500;
 constexpr int kFocalIterations = 60;  // the valley is long
+constexpr int kGlobalTies = 80;       // points that hold a keyframe when all are adjusted
+constexpr int kGlobalIterations = 10;
 constexpr int kReviewImages = 30;     // at least so often points are reviewed
 constexpr int kManyPredictions = 30;  // after so many a point has shown what it is worth
 constexpr double kHardlyFound = 0.5;
@@ -474,13 +476,52 @@ BundleProblem Mapper::focal_problem(const SlamMap& map) const {
   return problem;
 }
 
-Pose<Map, Map> Mapper::apply(const BundleProblem& problem, const BundleSolution& solution,
-                             SlamMap* map) {
+// Each keyframe is tied by the points that most others see too; not by all of its points, which
+// would cost several times as much.
+BundleProblem Mapper::global_problem(const SlamMap& map) const {
+  std::vector<std::pair<int, int32_t>> ranked;
+  for (const auto& [id, point] : map.points()) {
+    const auto seen = static_cast<int>(point.observations.size());
+    if (seen >= options_.point_confirm_keyframes) ranked.emplace_back(-seen, id);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  BundleProblem problem;
+  problem.max_iterations = kGlobalIterations;
+  problem.floats = true;
+  problem.outlier_px = options_.bundle_outlier_px;
+  std::map<int32_t, int32_t> index, tied;  // by keyframe
+  for (const auto& [id, k] : map.keyframes()) {
+    const BundleRole role = index.empty() ? BundleRole::kFixed : BundleRole::kAdjusted;
+    index[id] = static_cast<int32_t>(problem.keyframes.size());
+    problem.keyframes.push_back({id, role, k.map_from_cam});
+  }
+  for (const auto& [rank, id] : ranked) {
+    const Point& point = *map.point(id);
+    const bool needed =
+        std::any_of(point.observations.begin(), point.observations.end(),
+                    [&](const Observation& o) { return tied[o.keyframe_id] < kGlobalTies; });
+    if (!needed) continue;
+    for (const Observation& o : point.observations) ++tied[o.keyframe_id];
+    add_point(point, index, camera_.fx_px, &problem);
+  }
+  return problem;
+}
+
+void Mapper::apply(const MapCorrection& correction, const LoopClosure& closure, SlamMap* map) {
+  correct_map(correction, map);
+  for (const auto& [id, new_from_old] : correction) {
+    seeds_.scale_keyframe(id, new_from_old.scale());
+  }
+  fuse_points(closure, map);
+}
+
+Similarity<Map, Map> Mapper::apply(const BundleProblem& problem, const BundleSolution& solution,
+                                   SlamMap* map) {
   if (!solution.usable) return {};
   std::map<int32_t, Pose<Map, Map>> moved;
   for (const BundleKeyframe& k : solution.keyframes) {
     const Keyframe* keyframe = map->keyframe(k.id);
-    if (keyframe == nullptr || k.role == BundleRole::kFixed) continue;
+    if (keyframe == nullptr || (k.role == BundleRole::kFixed && !problem.floats)) continue;
     moved[k.id] = k.map_from_cam * keyframe->map_from_cam.inverse();
     map->move_keyframe(k.id, k.map_from_cam);
   }
@@ -489,7 +530,9 @@ Pose<Map, Map> Mapper::apply(const BundleProblem& problem, const BundleSolution&
     if (map->point(p.id) != nullptr) map->move_point(p.id, p.position_in_map);
   }
   remove_outliers(problem, solution, map);
-  return moved.empty() ? Pose<Map, Map>() : moved.rbegin()->second;
+  if (moved.empty()) return {};
+  const Pose<Map, Map>& newest = moved.rbegin()->second;
+  return {1, newest.rotation(), newest.translation()};
 }
 
 void Mapper::carry_other_points(const BundleSolution& solution,

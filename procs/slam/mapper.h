@@ -12,6 +12,7 @@
 #include "procs/slam/bundle_adjustment.h"
 #include "procs/slam/depth_seeds.h"
 #include "procs/slam/initializer.h"
+#include "procs/slam/loop_correction.h"
 #include "procs/slam/slam_map.h"
 #include "procs/slam/slam_options.h"
 #include "procs/slam/tracker.h"
@@ -42,11 +43,17 @@ class Mapper {
   std::optional<SeedSearch> take_seed_search(const SlamMap& map);
   void add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map);
 
+  /// The newest keyframe, those that share most with it, and their points.
   BundleProblem bundle_problem(const SlamMap& map) const;
   /// Keyframes spread over the whole map and some of their points, for check_focal_length().
   BundleProblem focal_problem(const SlamMap& map) const;
+  /// All keyframes and the points that tie them together best, for when there is nothing to do.
+  BundleProblem global_problem(const SlamMap& map) const;
   /// Returns how the map moved around the newest adjusted keyframe.
-  Pose<Map, Map> apply(const BundleProblem& problem, const BundleSolution& solution, SlamMap* map);
+  Similarity<Map, Map> apply(const BundleProblem& problem, const BundleSolution& solution,
+                             SlamMap* map);
+  /// A loop was closed: moves everything, and makes one of points that are the same.
+  void apply(const MapCorrection& correction, const LoopClosure& closure, SlamMap* map);
 
  private:
   std::vector<int32_t> bundle_window(const SlamMap& map) const;

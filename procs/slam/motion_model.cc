@@ -43,8 +43,10 @@ void MotionModel::forget() {
   last_thumbnail_ = {};
 }
 
-void MotionModel::correct(const Pose<Map, Map>& new_from_old) {
+void MotionModel::correct(const Similarity<Map, Map>& new_from_old) {
   map_from_last_ = new_from_old * map_from_last_;
+  last_from_next_ = {last_from_next_.rotation(),
+                     new_from_old.scale() * last_from_next_.translation()};
 }
 
 }  // namespace foresight::slam

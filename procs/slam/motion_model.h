@@ -18,8 +18,8 @@ class MotionModel {
   Pose<Map, Cam> predict(Time time, const Thumbnail& thumbnail, double depth) const;
   /// A frame was placed.
   void update(Time time, const Thumbnail& thumbnail, const Pose<Map, Cam>& map_from_cam);
-  /// Bundle adjustment moved the map by this much around the last pose.
-  void correct(const Pose<Map, Map>& new_from_old);
+  /// The map was moved by this much around the last pose.
+  void correct(const Similarity<Map, Map>& new_from_old);
   /// After a loss: the next update starts afresh.
   void forget();
   const Pose<Map, Cam>& last_pose() const { return map_from_last_; }

@@ -2,16 +2,20 @@
 // track_points() has found enough of the map from there.
 #pragma once
 
-#include <map>
-#include <opencv2/features2d.hpp>
 #include <optional>
 #include <vector>
 
 #include "common/camera_model.h"
 #include "common/frames.h"
+#include "procs/slam/place_index.h"
 #include "procs/slam/slam_map.h"
 
 namespace foresight::slam {
+
+/// The pose that fits an image's features best if they are matched with the points of one keyframe
+/// (perspective-n-point after seeded RANSAC). Needs the keyframe's features.
+std::optional<Pose<Map, Cam>> matched_view(const CameraModel& camera, const SlamMap& map,
+                                           const Features& image, const Keyframe& keyframe);
 
 class Relocalizer {
  public:
@@ -21,30 +25,15 @@ class Relocalizer {
   /// a keyframe.
   std::vector<Pose<Map, Cam>> similar_views(const SlamMap& map, const Thumbnail& thumbnail) const;
 
-  /// Poses from ORB features matched with the points of a few keyframes (other ones at each call,
-  /// the most similar first) and perspective-n-point: about 30 ms, for other view points.
-  std::vector<Pose<Map, Cam>> matched_views(const SlamMap& map, const ImagePyramid& pyramid,
-                                            const Thumbnail& thumbnail);
+  /// Poses from features matched with the points of a few keyframes (those that look most alike
+  /// first, others at each call) and perspective-n-point: about 30 ms, for other view points.
+  std::vector<Pose<Map, Cam>> matched_views(const SlamMap& map, const PlaceIndex& places,
+                                            const ImagePyramid& pyramid);
   /// After a success: the next loss starts with the most similar keyframes again.
   void restart() { next_rank_ = 0; }
 
  private:
-  struct Features {
-    std::vector<cv::KeyPoint> keypoints;
-    cv::Mat descriptors;
-  };
-  struct KeyframeFeatures {
-    cv::Mat descriptors;
-    std::vector<int32_t> point_ids;  // per row
-  };
-  Features detect(const ImagePyramid& pyramid) const;
-  const KeyframeFeatures& features_of(const SlamMap& map, int32_t keyframe_id);
-  std::optional<Pose<Map, Cam>> solve(const SlamMap& map, const Features& seen,
-                                      const KeyframeFeatures& known) const;
-
   CameraModel camera_, thumbnail_camera_;
-  cv::Ptr<cv::ORB> orb_;
-  std::map<int32_t, KeyframeFeatures> cache_;
   size_t next_rank_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <opencv2/core.hpp>
 #include <utility>
 #include <variant>
@@ -9,6 +10,8 @@
 
 #include "procs/slam/bundle_adjustment.h"
 #include "procs/slam/initializer.h"
+#include "procs/slam/loop_closer.h"
+#include "procs/slam/loop_correction.h"
 #include "procs/slam/mapper.h"
 #include "procs/slam/motion_model.h"
 #include "procs/slam/published_map.h"
@@ -24,8 +27,9 @@ using slam::TrackingAttempt;
 
 namespace {
 constexpr Duration kClockJump = seconds(1);  // older images than by that: the camera's clock is new
-constexpr int kRivalEvery = 5;         // doubtful images, from one look for rivals to the next
-constexpr double kRivalMargin = 0.15;  // of quality
+constexpr int kRivalEvery = 5;           // doubtful images, from one look for rivals to the next
+constexpr double kRivalMargin = 0.15;    // of quality
+constexpr int kAdjustAllKeyframes = 10;  // until all of the map is adjusted
 constexpr int kFirstFocalCheck = 5, kFocalCheckKeyframes = 12;  // keyframes until the next check
 // With the right focal length the factor came out within 0.03 of 1, the cost ratio at 0.98 to 1;
 // with one that is 20 % off, 0.14 and more away, at cost ratios of 0.3 to 0.72; a map too small to
@@ -45,9 +49,34 @@ struct FoundSeeds {
   int32_t keyframe_id = 0;
   std::vector<slam::Seed> seeds;
 };
+/// A keyframe whose features have not been detected.
+struct UndescribedKeyframe {
+  int32_t id = 0;
+  slam::ImagePyramid pyramid;
+};
+struct DescribedKeyframe {
+  int32_t id = 0;
+  std::shared_ptr<const slam::Features> features;
+};
+struct LoopWork {
+  CameraModel camera;
+  SlamOptions options;
+  slam::LoopSearch search;
+};
+struct GraphWork {
+  slam::LoopClosure closure;
+  slam::PoseGraph graph;
+};
+struct SolvedGraph {
+  slam::LoopClosure closure;
+  slam::PoseGraph before, solved;
+  bool usable = false;
+};
 struct MappingJob::Data {
   int epoch = 0;
-  std::variant<slam::Initializer::Attempt, SeedWork, slam::BundleProblem, FocalWork> work;
+  std::variant<slam::Initializer::Attempt, SeedWork, UndescribedKeyframe, slam::BundleProblem,
+               LoopWork, GraphWork, FocalWork>
+      work;
 };
 struct AdjustedBundle {
   slam::BundleProblem problem;
@@ -55,7 +84,9 @@ struct AdjustedBundle {
 };
 struct MappingResult::Data {
   int epoch = 0;
-  std::variant<slam::Initializer::Answer, FoundSeeds, AdjustedBundle, slam::FocalCheck> result;
+  std::variant<slam::Initializer::Answer, FoundSeeds, DescribedKeyframe, AdjustedBundle,
+               std::optional<slam::LoopClosure>, SolvedGraph, slam::FocalCheck>
+      result;
 };
 MappingJob::MappingJob(std::unique_ptr<Data> job_data) : data(std::move(job_data)) {}
 MappingJob::MappingJob(MappingJob&&) noexcept = default;
@@ -63,6 +94,7 @@ MappingJob& MappingJob::operator=(MappingJob&&) noexcept = default;
 MappingJob::~MappingJob() = default;
 double MappingJob::relative_cost() const {
   if (std::holds_alternative<SeedWork>(data->work)) return 0.2;
+  if (std::holds_alternative<UndescribedKeyframe>(data->work)) return 0.2;
   if (std::holds_alternative<FocalWork>(data->work)) return 2;
   return 1;
 }
@@ -96,6 +128,9 @@ class Slam::Impl {
   int epoch() const { return epoch_; }
 
  private:
+  std::optional<UndescribedKeyframe> undescribed_keyframe() const;
+  std::optional<slam::LoopSearch> next_loop_search();
+  void close_loop(const SolvedGraph& graph);
   std::string reject(Time time, const GrayImageView& image) const;
   void initialise(const Frame& frame, TrackingResult* result);
   void begin(const slam::InitialMap& initial);
@@ -125,7 +160,11 @@ class Slam::Impl {
   int good_frames_ = 0;      // in a row
   int doubtful_frames_ = 0;  // in a row
   bool bundle_wanted_ = false;
-  int keyframes_to_check_ = kFirstFocalCheck;  // of the focal length
+  slam::PlaceIndex places_;
+  std::deque<int32_t> unlooped_;  // keyframes that have not been compared with older ones
+  std::optional<slam::LoopClosure> closure_;           // recognised, not yet solved
+  int keyframes_to_adjust_all_ = kAdjustAllKeyframes;  // until the next adjustment of all
+  int keyframes_to_check_ = kFirstFocalCheck;          // of the focal length
   std::string reset_reason_;
   bool is_restored_ = false;  // the map was stored: never given up
   SlamStatistics counters_;
@@ -282,8 +321,9 @@ void Slam::Impl::search_again(const Frame& frame, TrackingResult* result) {
   }
   TrackingAttempt best = best_attempt(frame, poses);
   if (!good_to_relocalise(best)) {
+    places_.follow(map_);
     TrackingAttempt matched =
-        best_attempt(frame, relocalizer_.matched_views(map_, frame.pyramid, frame.thumbnail));
+        best_attempt(frame, relocalizer_.matched_views(map_, places_, frame.pyramid));
     if (matched.quality > best.quality) best = std::move(matched);
   }
   report(best, result);
@@ -331,7 +371,9 @@ void Slam::Impl::accept(const Frame& frame, const TrackingAttempt& attempt,
   mapper_.insert_keyframe(frame, attempt, &map_);
   result->is_keyframe = true;
   bundle_wanted_ = true;
+  unlooped_.push_back(map_.newest_keyframe().id);
   --keyframes_to_check_;
+  --keyframes_to_adjust_all_;
 }
 
 void Slam::Impl::reset(const std::string& reason) {
@@ -344,12 +386,23 @@ void Slam::Impl::reset(const std::string& reason) {
   state_ = TrackingState::kInitialising;
   good_frames_ = doubtful_frames_ = 0;
   bundle_wanted_ = false;
+  places_ = slam::PlaceIndex();
+  unlooped_.clear();
+  closure_.reset();
+  keyframes_to_adjust_all_ = kAdjustAllKeyframes;
   keyframes_to_check_ = kFirstFocalCheck;
   counters_.focal_factor = counters_.focal_cost_ratio = 1;
   reset_reason_ = reason;
   is_restored_ = false;
   ++epoch_;
   ++counters_.restarts;
+}
+
+std::optional<UndescribedKeyframe> Slam::Impl::undescribed_keyframe() const {
+  for (auto k = map_.keyframes().rbegin(); k != map_.keyframes().rend(); ++k) {
+    if (!k->second.features) return UndescribedKeyframe{k->first, k->second.pyramid};
+  }
+  return std::nullopt;
 }
 
 std::optional<MappingJob> Slam::Impl::take_job() {
@@ -371,10 +424,49 @@ std::optional<MappingJob> Slam::Impl::take_job() {
     data->work = mapper_.bundle_problem(map_);
     return MappingJob(std::move(data));
   }
+  if (std::optional<UndescribedKeyframe> undescribed = undescribed_keyframe()) {
+    data->work = std::move(*undescribed);
+    return MappingJob(std::move(data));
+  }
+  if (closure_) {
+    slam::PoseGraph graph = slam::pose_graph_of(map_, *closure_);
+    data->work = GraphWork{std::move(*closure_), std::move(graph)};
+    closure_.reset();
+    return MappingJob(std::move(data));
+  }
+  if (std::optional<slam::LoopSearch> search = next_loop_search()) {
+    data->work = LoopWork{camera_, options_, std::move(*search)};
+    return MappingJob(std::move(data));
+  }
+  if (keyframes_to_adjust_all_ <= 0) {
+    keyframes_to_adjust_all_ = kAdjustAllKeyframes;
+    data->work = mapper_.global_problem(map_);
+    return MappingJob(std::move(data));
+  }
   if (keyframes_to_check_ > 0) return std::nullopt;
   keyframes_to_check_ = kFocalCheckKeyframes;
   data->work = FocalWork{mapper_.focal_problem(map_)};
   return MappingJob(std::move(data));
+}
+
+std::optional<slam::LoopSearch> Slam::Impl::next_loop_search() {
+  while (options_.close_loops && !unlooped_.empty()) {
+    places_.follow(map_);
+    const int32_t id = unlooped_.front();
+    unlooped_.pop_front();
+    if (auto search = slam::loop_search(map_, places_, id)) return search;
+  }
+  return std::nullopt;
+}
+
+void Slam::Impl::close_loop(const SolvedGraph& graph) {
+  if (!graph.usable || map_.keyframe(graph.closure.keyframe_id) == nullptr) return;
+  const slam::MapCorrection correction = slam::correction_by(graph.before, graph.solved, map_);
+  mapper_.apply(correction, graph.closure, &map_);
+  motion_.correct(correction.at(map_.newest_keyframe().id));
+  ++counters_.loops;
+  unlooped_.clear();
+  keyframes_to_adjust_all_ = 0;
 }
 
 void Slam::Impl::apply(MappingResult result) {
@@ -383,6 +475,13 @@ void Slam::Impl::apply(MappingResult result) {
     motion_.correct(mapper_.apply(adjusted->problem, adjusted->solution, &map_));
   } else if (auto* found = std::get_if<FoundSeeds>(&result.data->result)) {
     mapper_.add_seeds(found->keyframe_id, std::move(found->seeds), &map_);
+  } else if (auto* described = std::get_if<DescribedKeyframe>(&result.data->result)) {
+    if (map_.keyframe(described->id) == nullptr) return;  // culled meanwhile
+    map_.set_features(described->id, std::move(described->features));
+  } else if (auto* closure = std::get_if<std::optional<slam::LoopClosure>>(&result.data->result)) {
+    closure_ = std::move(*closure);
+  } else if (const auto* solved = std::get_if<SolvedGraph>(&result.data->result)) {
+    close_loop(*solved);
   } else if (const auto* check = std::get_if<slam::FocalCheck>(&result.data->result)) {
     if (!check->usable) return;
     counters_.focal_factor = check->factor;
@@ -511,6 +610,14 @@ MappingResult Slam::run(MappingJob job) {
     const int32_t id = seeds->search.keyframe_id;
     data->result =
         FoundSeeds{id, slam::find_seeds(seeds->camera, seeds->options, std::move(seeds->search))};
+  } else if (auto* undescribed = std::get_if<UndescribedKeyframe>(&job.data->work)) {
+    data->result = DescribedKeyframe{undescribed->id, slam::detect_features(undescribed->pyramid)};
+  } else if (auto* loop = std::get_if<LoopWork>(&job.data->work)) {
+    data->result = slam::find_loop(loop->camera, loop->options, loop->search);
+  } else if (auto* graph = std::get_if<GraphWork>(&job.data->work)) {
+    SolvedGraph solved{std::move(graph->closure), graph->graph, std::move(graph->graph)};
+    solved.usable = slam::optimize_pose_graph(&solved.solved).usable;
+    data->result = std::move(solved);
   } else if (auto* focal = std::get_if<FocalWork>(&job.data->work)) {
     data->result = slam::check_focal_length(std::move(focal->problem));
   } else {

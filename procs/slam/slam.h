@@ -62,6 +62,7 @@ struct SlamStatistics {
   int losses = 0;
   int relocalisations = 0;
   int restarts = 0;
+  int loops = 0;  // closed
   // The last check of the focal length, from the map itself; 1 before there was one.
   double focal_factor = 1;      // as it fits best / as the camera file gives it
   double focal_cost_ratio = 1;  // cost of the map with the best factor / with the given one

@@ -104,9 +104,17 @@ void SlamMap::set_source(int32_t point_id, const Corner& source) {
   point_ref(point_id).source = source;
 }
 
+void SlamMap::set_features(int32_t keyframe_id, std::shared_ptr<const Features> features) {
+  keyframes_.at(keyframe_id).features = std::move(features);
+}
+
 void SlamMap::move_keyframe(int32_t id, const Pose<Map, Cam>& map_from_cam) {
   keyframes_.at(id).map_from_cam = map_from_cam;
   touched_.keyframes.insert(id);
+}
+
+void SlamMap::scale_depth(int32_t keyframe_id, double factor) {
+  keyframes_.at(keyframe_id).median_depth *= factor;
 }
 
 void SlamMap::move_point(int32_t id, const Eigen::Vector3d& position_in_map) {
@@ -139,6 +147,20 @@ void SlamMap::count_prediction(int32_t point_id, bool found) {
   Point& point = point_ref(point_id);
   ++point.predicted_count;
   if (found) ++point.found_count;
+}
+
+void SlamMap::merge_points(int32_t kept, int32_t merged) {
+  FORESIGHT_CHECK(kept != merged);
+  const Point gone = point_ref(merged);
+  remove_point(merged);
+  Point& point = point_ref(kept);
+  for (const Observation& o : gone.observations) {
+    if (point.observation_in(o.keyframe_id) == nullptr) add_observation(kept, o);
+  }
+  point.predicted_count += gone.predicted_count;
+  point.found_count += gone.found_count;
+  point.outlier_count += gone.outlier_count;
+  point.confirmed = point.confirmed || gone.confirmed;
 }
 
 void SlamMap::count_outlier(int32_t point_id) { ++point_ref(point_id).outlier_count; }

@@ -5,11 +5,13 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <set>
 #include <vector>
 
 #include "common/frames.h"
 #include "common/time.h"
+#include "procs/slam/features.h"
 #include "procs/slam/image_pyramid.h"
 #include "procs/slam/thumbnail.h"
 
@@ -56,6 +58,7 @@ struct Keyframe {
   Pose<Map, Cam> map_from_cam;
   ImagePyramid pyramid;
   Thumbnail thumbnail;
+  std::shared_ptr<const Features> features;  // null until the worker has detected them
   double median_depth = 1;
   std::set<int32_t> point_ids;  // of its observations
 };
@@ -79,11 +82,15 @@ class SlamMap {
   /// With its observations; no point may have it as its source.
   void remove_keyframe(int32_t id);
   void set_source(int32_t point_id, const Corner& source);
+  void set_features(int32_t keyframe_id, std::shared_ptr<const Features> features);
   void move_keyframe(int32_t id, const Pose<Map, Cam>& map_from_cam);
+  void scale_depth(int32_t keyframe_id, double factor);  // its median_depth
   void move_point(int32_t id, const Eigen::Vector3d& position_in_map);
   /// Replaces the observation of the same keyframe, if there is one.
   void add_observation(int32_t point_id, const Observation& observation);
   void remove_observation(int32_t point_id, int32_t keyframe_id);
+  /// Gives `kept` the observations of `merged` where it has none of its own, and its history.
+  void merge_points(int32_t kept, int32_t merged);
   void count_outlier(int32_t point_id);
   void count_prediction(int32_t point_id, bool found);
   void confirm_point(int32_t id);

@@ -37,6 +37,9 @@ struct SlamOptions {
   int bundle_iterations = 20;
   double bundle_outlier_px = 2.5;  // observations off by more (at their level) are thrown out
 
+  // --- loops
+  bool close_loops = true;  // recognise places, spread the drift, adjust everything
+
   // --- deltas
   double delta_threshold_px = 0.5;  // smaller moves, as seen in the image, are not sent again
 

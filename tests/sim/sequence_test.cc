@@ -53,6 +53,12 @@ class Sequence : public testing::Test {
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
+  // A single wall, which takes less time than the lab.
+  std::string write_scene() {
+    std::ofstream(root_ / "box.obj")
+        << "v 1 -1 -1\nv 1 1 -1\nv 1 1 1\nv 1 -1 1\nf 1 2 3 4\nmtllib no.mtl\n";
+    return (root_ / "box.obj").string();
+  }
   std::vector<std::string> lines(const fs::path& file) {
     std::ifstream in(file);
     std::vector<std::string> all;
@@ -66,6 +72,11 @@ class Sequence : public testing::Test {
   static inline int64_t frames_ = 0;
   fs::path root_;
 };
+
+void expect_near(const Pose<World, Cam>& a, const Pose<World, Cam>& b) {
+  EXPECT_LT((a.translation() - b.translation()).norm(), 1e-6);
+  EXPECT_LT(a.rotation().angularDistance(b.rotation()), 1e-6);
+}
 
 std::string contents(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -133,11 +144,89 @@ TEST_F(Sequence, ProgramWritesWhatItIsAsked) {
   EXPECT_NE(contents(root_ / "output.txt").find("2 of 2 frames"), std::string::npos);
 }
 
+TEST_F(Sequence, FollowsAnotherRun) {
+  const auto followed = load_pose_track(written_ / "groundtruth.txt");
+  const std::string out = (root_ / "out").string(), file = (written_ / "groundtruth.txt").string();
+  const std::string options =
+      out + " --width 64 --no-depth --scene " + write_scene() + " --follow " + file;
+  // The file's length, its last pose included, at another rate: between its poses.
+  ASSERT_EQ(run(options + " --fps 20"), 0);
+  auto track = load_pose_track(root_ / "out/groundtruth.txt");
+  ASSERT_EQ(track.size(), 9u);
+  for (size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(track[2 * i].time, followed[i].time);
+    expect_near(track[2 * i].world_from_cam, followed[i].world_from_cam);
+  }
+  EXPECT_LT(
+      (track[1].world_from_cam.translation() -
+       (followed[0].world_from_cam.translation() + followed[1].world_from_cam.translation()) / 2)
+          .norm(),
+      1e-6);
+  ASSERT_EQ(run(options + " --fps 10 --seconds 0.3"), 0);
+  EXPECT_EQ(load_pose_track(root_ / "out/groundtruth.txt").size(), 3u);
+  ASSERT_EQ(run(options + " --fps 10 --seconds 60"), 0);
+  EXPECT_EQ(load_pose_track(root_ / "out/groundtruth.txt").size(), 5u);
+}
+
+TEST_F(Sequence, FollowsAForeignTrackFromTheDesksStart) {
+  const Pose<World, Cam> start = Trajectory(Trajectory::Kind::kDesk, 1).at({});
+  std::ofstream(root_ / "poses.txt") << "7 50 60 70 0.5 0.5 0.5 0.5\n7.1 50 60.2 70 0 0 1 0\n";
+  ASSERT_EQ(run((root_ / "out").string() + " --fps 10 --width 64 --no-depth --scene " +
+                write_scene() + " --follow-from start --follow " + (root_ / "poses.txt").string()),
+            0);
+  const auto file = load_pose_track(root_ / "poses.txt"),
+             track = load_pose_track(root_ / "out/groundtruth.txt");
+  ASSERT_EQ(track.size(), 2u);
+  expect_near(track[0].world_from_cam, start);
+  const Pose<Cam, Cam> step = file[0].world_from_cam.inverse() * file[1].world_from_cam;
+  expect_near(track[1].world_from_cam, start * step);
+}
+
+TEST_F(Sequence, ScattersPosesAndTellsTheScatteredOnes) {
+  SequenceParams params = small();
+  params.noise_levels = 0;
+  params.scatter = {.distance_m = 0.2, .turn_rad = 0.3};
+  write_sequence(root_ / "scattered", params, [](int64_t, int64_t) {});
+  const auto plain = load_pose_track(written_ / "groundtruth.txt"),
+             moved = load_pose_track(root_ / "scattered/groundtruth.txt");
+  ASSERT_EQ(moved.size(), plain.size());
+  for (size_t i = 0; i < moved.size(); ++i) {
+    const Pose<Cam, Cam> shift = plain[i].world_from_cam.inverse() * moved[i].world_from_cam;
+    EXPECT_LE(shift.translation().norm(), 0.2 + 1e-6);
+    EXPECT_LE(shift.rotation().angularDistance(Eigen::Quaterniond::Identity()), 0.3 + 1e-6);
+    EXPECT_GT(shift.translation().norm(), 1e-3);
+  }
+  // The pictures are those of a run that goes through the poses told.
+  params.followed = moved;
+  params.scatter = {};
+  write_sequence(root_ / "followed", params, [](int64_t, int64_t) {});
+  for (const std::string& line : lines(root_ / "scattered/rgb.txt")) {
+    const std::string name = line.substr(line.find(' ') + 1);
+    const cv::Mat a = cv::imread((root_ / "scattered" / name).string()),
+                  b = cv::imread((root_ / "followed" / name).string());
+    ASSERT_EQ(a.size(), b.size());
+    EXPECT_LT(cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total() * 3), 0.5) << name;
+  }
+}
+
+TEST_F(Sequence, ProgramRefusesABadTrackInOneLine) {
+  const std::string out = (root_ / "out").string(), file = (root_ / "poses.txt").string();
+  std::ofstream(file) << "1 0 0 0 0 0 0 1\n# later\n1 0 0 0 0 0 0 1\n";
+  EXPECT_EQ(run(out + " --follow " + file), kExitConfig);
+  ASSERT_EQ(lines(root_ / "output.txt").size(), 1u);
+  EXPECT_NE(lines(root_ / "output.txt")[0].find("poses.txt: line 3: "), std::string::npos);
+  EXPECT_EQ(run(out + " --follow " + file + "x"), kExitUnavailable);
+  EXPECT_EQ(lines(root_ / "output.txt").size(), 1u);
+  EXPECT_FALSE(fs::exists(root_ / "out"));
+}
+
 TEST_F(Sequence, ProgramRefusesBadUseInOneLine) {
   const std::string folder = (root_ / "out").string();
-  for (const char* bad : {"", "FOLDER --trajectory circle", "FOLDER --seconds -1",
-                          "FOLDER --seconds many", "FOLDER --width 3", "FOLDER --unknown",
-                          "FOLDER --fps nan", "FOLDER --seed -1", "FOLDER more"}) {
+  for (const char* bad :
+       {"", "FOLDER --trajectory circle", "FOLDER --seconds -1", "FOLDER --seconds many",
+        "FOLDER --width 3", "FOLDER --unknown", "FOLDER --fps nan", "FOLDER --seed -1",
+        "FOLDER more", "FOLDER --follow a --trajectory desk", "FOLDER --follow-from start",
+        "FOLDER --follow a --follow-from b", "FOLDER --scatter-m -1", "FOLDER --scatter-deg 181"}) {
     std::string arguments = bad;
     if (arguments.starts_with("FOLDER")) arguments.replace(0, 6, folder);
     EXPECT_EQ(run(arguments), kExitUsage) << bad;
@@ -148,8 +237,7 @@ TEST_F(Sequence, ProgramRefusesBadUseInOneLine) {
 }
 
 TEST_F(Sequence, ProgramShowsAScene) {
-  const std::string scene = (root_ / "box.obj").string();
-  std::ofstream(scene) << "v 1 -1 -1\nv 1 1 -1\nv 1 1 1\nv 1 -1 1\nf 1 2 3 4\nmtllib no.mtl\n";
+  const std::string scene = write_scene();
   const std::string folder = (root_ / "out").string();
   const std::string options = " --seconds 0.2 --fps 10 --width 64 --scene ";
   ASSERT_EQ(run(folder + options + scene), 0);

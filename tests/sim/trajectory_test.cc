@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
+#include <set>
 
 #include "sim/lab.h"
 
@@ -10,7 +12,8 @@ namespace foresight::sim {
 namespace {
 
 using Kind = Trajectory::Kind;
-constexpr Kind kAll[] = {Kind::kDesk, Kind::kRotation, Kind::kStatic, Kind::kReturn};
+constexpr Kind kAtDesk[] = {Kind::kDesk, Kind::kRotation, Kind::kStatic, Kind::kReturn};
+constexpr Kind kAll[] = {Kind::kDesk, Kind::kRotation, Kind::kStatic, Kind::kReturn, Kind::kLoop};
 constexpr Duration kStep = milliseconds(10);
 
 TEST(Trajectory, StaysWithinTheSpeedLimits) {
@@ -31,7 +34,7 @@ TEST(Trajectory, StaysWithinTheSpeedLimits) {
 }
 
 TEST(Trajectory, StaysInTheFreeSpaceBeforeTheDesk) {
-  for (const Kind kind : kAll) {
+  for (const Kind kind : kAtDesk) {
     for (uint64_t seed = 0; seed < 20; ++seed) {
       const Trajectory trajectory(kind, seed);
       for (Duration t; t < seconds(60); t = t + milliseconds(100)) {
@@ -79,6 +82,51 @@ TEST(Trajectory, KindsDoWhatTheySay) {
     EXPECT_LT((back.translation() - returning.at({}).translation()).norm(), 1e-6);
     EXPECT_LT(back.rotation().angularDistance(returning.at({}).rotation()), 1e-6);
   }
+}
+
+TEST(Trajectory, LoopLooksOutwardFromARing) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    const Trajectory trajectory(Kind::kLoop, seed);
+    EXPECT_LT(
+        (trajectory.at(milliseconds(100)).translation() - trajectory.at({}).translation()).norm(),
+        1e-3);
+    double least_m = 9, greatest_m = 0;
+    for (Duration t; t < seconds(40); t = t + milliseconds(100)) {
+      const Pose<World, Cam> world_from_cam = trajectory.at(t);
+      const Eigen::Vector3d at = world_from_cam.translation();
+      const Eigen::Vector3d forward = world_from_cam.rotation() * Eigen::Vector3d::UnitZ();
+      const double radius_m = at.head<2>().norm();
+      least_m = std::min(least_m, radius_m), greatest_m = std::max(greatest_m, radius_m);
+      ASSERT_NEAR(at.z(), 0.41, 0.1);
+      ASSERT_NEAR(std::asin(-forward.z()), 12.5 * kDegree, 5 * kDegree);
+      ASSERT_GT(forward.head<2>().normalized().dot(at.head<2>() / radius_m), 1 - 1e-9);
+      ASSERT_NEAR((world_from_cam.rotation() * Eigen::Vector3d::UnitX()).z(), 0, 1e-9);
+    }
+    EXPECT_GE(least_m, 0.8);
+    EXPECT_LE(greatest_m, 1.0);
+    EXPECT_GT(greatest_m - least_m, 0.02);  // no perfect circle
+  }
+}
+
+TEST(Trajectory, LoopComesBackFromTheOtherSideEachLap) {
+  std::set<bool> left_first;
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    const Trajectory trajectory(Kind::kLoop, seed);
+    const Pose<World, Cam> start = trajectory.at({});
+    EXPECT_GT(trajectory.time_of_lap(1), seconds(12));
+    EXPECT_LT(trajectory.time_of_lap(1), seconds(20));
+    for (const int count : {1, 2, 7}) {
+      const Pose<World, Cam> back = trajectory.at(trajectory.time_of_lap(count));
+      EXPECT_LT((back.translation() - start.translation()).norm(), 1e-6);
+      EXPECT_LT(back.rotation().angularDistance(start.rotation()), 1e-6);
+    }
+    const Duration lap = trajectory.time_of_lap(2) - trajectory.time_of_lap(1);
+    const Duration half = trajectory.time_of_lap(1) - microseconds(lap.us / 2);
+    EXPECT_LT((start.translation() + trajectory.at(half).translation()).head<2>().norm(), 0.1);
+    left_first.insert((start.inverse() * trajectory.at(seconds(3)).translation()).x() < 0);
+  }
+  EXPECT_EQ(left_first.size(), 2u);  // by the seed one way round or the other
 }
 
 TEST(Trajectory, DependsOnTheSeedAlone) {

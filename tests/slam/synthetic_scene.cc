@@ -1,5 +1,6 @@
 #include "tests/slam/synthetic_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -35,9 +36,14 @@ CameraModel test_camera() {
 
 SyntheticScene::SyntheticScene(uint64_t seed) {
   cv::RNG rng(seed);
-  planes_.push_back({4.0, -5, -4, 10, 8, random_texture(&rng, 1600)});
-  planes_.push_back({3.0, -1.6, -0.2, 1.4, 1.4, random_texture(&rng, 480)});
-  planes_.push_back({2.2, 0.2, -0.9, 0.9, 0.9, random_texture(&rng, 480)});
+  const auto add = [&](double depth, double left, double top, double width, double height,
+                       int size_px) {
+    planes_.push_back(
+        {{left, top, depth}, {width, 0, 0}, {0, height, 0}, random_texture(&rng, size_px)});
+  };
+  add(4.0, -5, -4, 10, 8, 1600);
+  add(3.0, -1.6, -0.2, 1.4, 1.4, 480);
+  add(2.2, 0.2, -0.9, 0.9, 0.9, 480);
 }
 
 SyntheticScene SyntheticScene::wall(uint64_t seed) {
@@ -46,25 +52,96 @@ SyntheticScene SyntheticScene::wall(uint64_t seed) {
   return scene;
 }
 
+SyntheticScene SyntheticScene::room(uint64_t seed) {
+  SyntheticScene scene;
+  cv::RNG rng(seed);
+  for (int wall = 0; wall < 4; ++wall) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(wall * M_PI / 2, Eigen::Vector3d::UnitY()));
+    const auto add = [&](double depth, double left, double top, double width, double height,
+                         int size_px) {
+      scene.planes_.push_back({turn * Eigen::Vector3d(left, top, depth),
+                               turn * Eigen::Vector3d(width, 0, 0),
+                               {0, height, 0},
+                               random_texture(&rng, size_px)});
+    };
+    const double far = rng.uniform(2.5, 3.2);
+    add(far, -3.3, -2, 6.6, 4, 1200);
+    for (const double left : {-1.8, -0.4, 0.9}) {
+      const double size = rng.uniform(0.5, 0.9);
+      add(far - rng.uniform(0.3, 0.9), left, rng.uniform(-0.8, 0.2), size, size, 240);
+    }
+  }
+  return scene;
+}
+
+namespace {
+
+// Where a ray meets a rectangle.
+struct Hit {
+  double distance = 0;         // in lengths of the ray
+  double right = 0, down = 0;  // 0…1
+};
+
+// Of rays from one place: everything that does not depend on the pixel.
+class PlaneCaster {
+ public:
+  PlaneCaster(const TexturedPlane& plane, const Eigen::Vector3d& from)
+      : texture_(plane.texture),
+        normal_(plane.right.cross(plane.down)),
+        offset_(normal_.dot(plane.corner - from)),
+        right_(plane.right / plane.right.squaredNorm()),
+        down_(plane.down / plane.down.squaredNorm()),
+        from_corner_(from - plane.corner) {}
+
+  bool meet(const Eigen::Vector3d& ray, Hit* hit) const {
+    hit->distance = offset_ / normal_.dot(ray);
+    if (!(hit->distance > 0)) return false;
+    const Eigen::Vector3d at = from_corner_ + hit->distance * ray;
+    hit->right = right_.dot(at);
+    hit->down = down_.dot(at);
+    return hit->right >= 0 && hit->right < 1 && hit->down >= 0 && hit->down < 1;
+  }
+
+  // Bilinear.
+  uint8_t level(const Hit& hit) const {
+    const double x = std::clamp(hit.right * texture_.cols - 0.5, 0.0, texture_.cols - 1.001);
+    const double y = std::clamp(hit.down * texture_.rows - 0.5, 0.0, texture_.rows - 1.001);
+    const int column = static_cast<int>(x), row = static_cast<int>(y);
+    const double u = x - column, v = y - row;
+    const uint8_t *upper = texture_.ptr(row) + column, *lower = texture_.ptr(row + 1) + column;
+    return static_cast<uint8_t>((1 - v) * ((1 - u) * upper[0] + u * upper[1]) +
+                                v * ((1 - u) * lower[0] + u * lower[1]) + 0.5);
+  }
+
+ private:
+  const cv::Mat& texture_;
+  Eigen::Vector3d normal_;
+  double offset_;
+  Eigen::Vector3d right_, down_, from_corner_;
+};
+
+}  // namespace
+
 cv::Mat SyntheticScene::render(const CameraModel& camera,
                                const Pose<World, Cam>& world_from_cam) const {
   cv::Mat image(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar::all(0));
-  const Pose<Cam, World> cam_from_world = world_from_cam.inverse();
-  const Eigen::Matrix3d rotation = cam_from_world.rotation().toRotationMatrix();
-  for (const TexturedPlane& plane : planes_) {
-    const double step_x = plane.width_m / plane.texture.cols;
-    const double step_y = plane.height_m / plane.texture.rows;
-    const Eigen::Vector3d corner(plane.left_m, plane.top_m, plane.depth_m);
-    Eigen::Matrix3d intrinsics, cam_from_texel;
-    intrinsics << camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1;
-    cam_from_texel << step_x * rotation.col(0), step_y * rotation.col(1), cam_from_world * corner;
-    const Eigen::Matrix3d h = intrinsics * cam_from_texel;
-    cv::Mat homography(3, 3, CV_64F);
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) homography.at<double>(r, c) = h(r, c);
+  const Eigen::Matrix3d rotation = world_from_cam.rotation().toRotationMatrix();
+  std::vector<PlaneCaster> casters;
+  for (const TexturedPlane& p : planes_) casters.emplace_back(p, world_from_cam.translation());
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const Eigen::Vector2d xy = camera.unproject({x, y});
+      const Eigen::Vector3d ray = rotation * Eigen::Vector3d(xy.x(), xy.y(), 1);
+      Hit nearest, hit;
+      const PlaneCaster* met = nullptr;
+      for (const PlaneCaster& caster : casters) {
+        if (!caster.meet(ray, &hit) || (met != nullptr && hit.distance > nearest.distance))
+          continue;
+        nearest = hit;
+        met = &caster;
+      }
+      if (met != nullptr) image.at<uint8_t>(y, x) = met->level(nearest);
     }
-    cv::warpPerspective(plane.texture, image, homography, image.size(), cv::INTER_LINEAR,
-                        cv::BORDER_TRANSPARENT);
   }
   return image;
 }
@@ -76,6 +153,15 @@ GrayImageView view_of(const cv::Mat& image) {
 Pose<World, Cam> sideways_pose(double t) {
   const Eigen::AngleAxisd turn(-0.08 * t, Eigen::Vector3d(0.2, 1, 0.1).normalized());
   return {Eigen::Quaterniond(turn), {0.8 * t, 0.06 * std::sin(6 * t), 0.1 * t}};
+}
+
+Pose<World, Cam> ring_pose(double t) {
+  const double angle = 2 * M_PI * t;
+  const Eigen::Quaterniond yaw(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()));
+  const Eigen::Quaterniond pitch(
+      Eigen::AngleAxisd(0.05 * std::sin(3 * angle), Eigen::Vector3d::UnitX()));
+  const Eigen::Vector3d from(0, 0.06 * std::sin(2 * angle), 0.8 + 0.05 * std::sin(5 * angle));
+  return {yaw * pitch, yaw * from};
 }
 
 }  // namespace foresight

@@ -1,5 +1,5 @@
-// A world of textured planes facing the z axis, drawn through homographies: images with exact poses
-// for the SLAM tests.
+// A world of textured rectangles, drawn by casting a ray through each pixel: images with exact
+// poses for the SLAM tests, through any camera model.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -14,28 +14,34 @@ namespace foresight {
 /// 640 × 480, f = 500 px, no distortion.
 CameraModel test_camera();
 
+/// A parallelogram: the texture's first column runs along `down`, its first row along `right`.
 struct TexturedPlane {
-  double depth_m = 4;  // z of the plane
-  double left_m = -6, top_m = -6, width_m = 12, height_m = 12;
+  Eigen::Vector3d corner, right, down;  // m
   cv::Mat texture;
 };
 
 class SyntheticScene {
  public:
-  /// A far wall, a near panel and one in between, with random textures.
+  /// A far wall, a near panel and one in between, with random textures, all facing the z axis.
   explicit SyntheticScene(uint64_t seed);
   /// Only the far wall.
   static SyntheticScene wall(uint64_t seed);
-  /// `world_from_cam` with z roughly along the world's z.
+  /// Four walls around the origin, 2.5 to 3.2 m away, with panels in front of them.
+  static SyntheticScene room(uint64_t seed);
+
   cv::Mat render(const CameraModel& camera, const Pose<World, Cam>& world_from_cam) const;
 
  private:
-  std::vector<TexturedPlane> planes_;  // far to near
+  SyntheticScene() = default;
+  std::vector<TexturedPlane> planes_;
 };
 
 GrayImageView view_of(const cv::Mat& image);
 
 /// Sideways with a slight turn: `t` = 0…1 moves 0.8 m.
 Pose<World, Cam> sideways_pose(double t);
+
+/// On a ring in the room, looking outward: `t` = 0…1 goes round once. Here y is down.
+Pose<World, Cam> ring_pose(double t);
 
 }  // namespace foresight

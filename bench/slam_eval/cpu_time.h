@@ -1,0 +1,14 @@
+// CPU time of the calling thread.
+#pragma once
+
+#include <time.h>
+
+namespace foresight {
+
+inline double cpu_ms() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
+
+}  // namespace foresight

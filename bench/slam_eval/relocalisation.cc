@@ -1,0 +1,166 @@
+#include "bench/slam_eval/relocalisation.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+
+#include "bench/slam_eval/cpu_time.h"
+#include "bench/slam_eval/evaluation.h"
+#include "bench/slam_eval/score.h"
+#include "common/errors.h"
+
+namespace foresight {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kDegreesPerMetre = 20 / 0.3;
+constexpr double kNear_m = 0.1, kNear_deg = 7;     // views that are much like a keyframe's
+constexpr double kRange_m = 0.3, kRange_deg = 20;  // what is promised
+
+// The turn from the mean of the keyframes' turns, scale and place by least squares of their
+// positions: these alone do not tell the turn of a camera that hardly moved from its place.
+Similarity<World, Map> world_from_map(const StoredMap& map, const Sequence& mapped) {
+  std::vector<Eigen::Vector3d> in_map, in_world;
+  Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d map_middle = Eigen::Vector3d::Zero(), world_middle = map_middle;
+  for (const StoredMap::Keyframe& k : map.keyframes) {
+    const auto truth = mapped.truth_at(k.time);
+    if (!truth) continue;
+    in_map.push_back(k.map_from_cam.translation());
+    in_world.push_back(truth->translation());
+    map_middle += in_map.back();
+    world_middle += in_world.back();
+    turns += (truth->rotation() * k.map_from_cam.rotation().inverse()).toRotationMatrix();
+  }
+  const auto count = static_cast<double>(in_map.size());
+  if (count < 3) throw UnavailableError(mapped.name + ": its map has no truth to align to");
+  map_middle /= count;
+  world_middle /= count;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(turns, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
+  double along = 0, squared = 0;
+  for (size_t i = 0; i < in_map.size(); ++i) {
+    const Eigen::Vector3d from_middle = rotation * (in_map[i] - map_middle);
+    along += from_middle.dot(in_world[i] - world_middle);
+    squared += from_middle.squaredNorm();
+  }
+  const double scale = along / squared;
+  const Eigen::Vector3d shift = world_middle - scale * (rotation * map_middle);
+  return {scale, Eigen::Quaterniond(rotation), shift};
+}
+
+double turned_deg(const Pose<World, Cam>& a, const Pose<World, Cam>& b) {
+  return a.rotation().angularDistance(b.rotation()) / kDegree;
+}
+
+void measure_distance(const StoredMap& map, const Sequence& mapped, const Pose<World, Cam>& truth,
+                      RelocalisationTrial* trial) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const StoredMap::Keyframe& k : map.keyframes) {
+    const auto view = mapped.truth_at(k.time);
+    if (!view) continue;
+    const double distance_m = (view->translation() - truth.translation()).norm();
+    const double angle_deg = turned_deg(*view, truth);
+    if (const double d = std::max(distance_m, angle_deg / kDegreesPerMetre); d < nearest) {
+      nearest = d;
+      trial->distance_m = distance_m;
+      trial->angle_deg = angle_deg;
+    }
+  }
+}
+
+void finish_jobs(Slam* slam) {
+  while (auto job = slam->take_job()) slam->apply(Slam::run(std::move(*job)));
+}
+
+struct Group {
+  const char* name;
+  double within_m, within_deg;
+};
+
+std::string describe_group(const Group& group, const std::vector<RelocalisationTrial>& trials) {
+  int count = 0, at_once = 0, right = 0, wrong = 0;
+  std::vector<double> times;
+  for (const RelocalisationTrial& t : trials) {
+    count += 1;
+    at_once += t.right() && t.images == 1 ? 1 : 0;
+    right += t.right() ? 1 : 0;
+    wrong += t.placed() && !t.right() ? 1 : 0;
+    times.push_back(t.first_ms);
+  }
+  if (count == 0) return "";
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "  %-34s %4d views: %5.1f %% placed at once, %5.1f %% in 9 images, %d wrong; first "
+                "image %.0f ms median, %.0f max\n",
+                group.name, count, 100.0 * at_once / count, 100.0 * right / count, wrong,
+                quantile(times, 0.5), quantile(times, 1.0));
+  return text;
+}
+
+}  // namespace
+
+std::vector<RelocalisationTrial> try_to_relocalise(const StoredMap& map, const Sequence& mapped,
+                                                   const Sequence& queries,
+                                                   const SlamOptions& options,
+                                                   const RelocalisationRange& range) {
+  const Similarity<World, Map> aligned = world_from_map(map, mapped);
+  Slam slam(map.camera, options);
+  slam.restore(map);
+  finish_jobs(&slam);
+  const cv::Mat black = cv::Mat::zeros(map.camera.height_px, map.camera.width_px, CV_8UC1);
+  Time time = queries.images.front().time + seconds(1e6);
+  const auto show = [&](const cv::Mat& image) {
+    time = time + milliseconds(33);
+    return slam.track(time, {image.data, image.cols, image.rows, static_cast<int>(image.step[0])});
+  };
+  std::vector<RelocalisationTrial> trials;
+  for (size_t i = static_cast<size_t>(range.start); i < queries.images.size();
+       i += static_cast<size_t>(range.every)) {
+    const auto truth = queries.truth_at(queries.images[i].time);
+    if (!truth) continue;
+    RelocalisationTrial trial;
+    trial.path = queries.images[i].path;
+    measure_distance(map, mapped, *truth, &trial);
+    const cv::Mat image = cv::imread(trial.path, cv::IMREAD_GRAYSCALE);
+    if (image.empty()) throw UnavailableError(trial.path + ": cannot be read as an image");
+    slam.restore(map);
+    finish_jobs(&slam);
+    (void)show(black);
+    for (int n = 1; n <= range.images; ++n) {
+      const double start_ms = cpu_ms();
+      const TrackingResult result = show(image);
+      if (n == 1) trial.first_ms = cpu_ms() - start_ms;
+      if (result.state != TrackingState::kTracking) continue;
+      trial.images = n;
+      trial.quality = result.quality;
+      const Pose<World, Cam> found = aligned * result.map_from_cam;
+      trial.error_m = (found.translation() - truth->translation()).norm();
+      trial.error_deg = turned_deg(found, *truth);
+      break;
+    }
+    trials.push_back(trial);
+  }
+  return trials;
+}
+
+std::string describe(const std::vector<RelocalisationTrial>& trials) {
+  const Group groups[] = {{"within 10 cm and 7 deg", kNear_m, kNear_deg},
+                          {"the others within 30 cm and 20 deg", kRange_m, kRange_deg},
+                          {"farther", 1e9, 1e9}};
+  std::string text;
+  std::vector<RelocalisationTrial> left = trials;
+  for (const Group& group : groups) {
+    const auto others = std::stable_partition(left.begin(), left.end(), [&](const auto& t) {
+      return t.distance_m <= group.within_m && t.angle_deg <= group.within_deg;
+    });
+    text += describe_group(group, {left.begin(), others});
+    left.erase(left.begin(), others);
+  }
+  return text;
+}
+
+}  // namespace foresight
