@@ -79,6 +79,13 @@ Vector2d CameraModel::unproject(const Vector2d& pixel) const {
   return xy;
 }
 
+double CameraModel::px_per_xy(const Vector2d& xy) const {
+  if (!has_distortion()) return std::sqrt(fx_px * fy_px);
+  Matrix2d jacobian;
+  (void)project_normalized(xy, &jacobian);
+  return std::sqrt(std::abs(jacobian.determinant()));
+}
+
 bool CameraModel::has_distortion() const {
   return lens == LensModel::kEquidistant ||
          std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0; });

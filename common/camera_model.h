@@ -37,6 +37,10 @@ struct CameraModel {
   /// the model is invertible.
   Eigen::Vector2d unproject(const Eigen::Vector2d& pixel) const;
 
+  /// Pixels per unit of (x, y) at a viewing ray, the mean of both directions: the focal length
+  /// without distortion, less towards the edges of a wide lens.
+  double px_per_xy(const Eigen::Vector2d& xy) const;
+
   /// Largest |(x, y)| for which the distortion polynomial is monotonic, so that a ray farther out
   /// cannot alias into the image. Cached by prepare(); load_camera_file() and from_message() call
   /// it.

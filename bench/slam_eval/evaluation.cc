@@ -165,7 +165,8 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   Slam slam(camera, options);
   std::vector<double> track_ms, job_ms;
   std::map<int32_t, Time> keyframe_times;
-  for (const PlayedImage& played : make_playlist(sequence, range.play, range.degradation)) {
+  const std::vector<PlayedImage> playlist = make_playlist(sequence, range.play, range.degradation);
+  for (const PlayedImage& played : playlist) {
     const SequenceImage& entry = sequence.images[played.index];
     const cv::Mat original = cv::imread(entry.path, cv::IMREAD_GRAYSCALE);
     if (original.empty()) throw UnavailableError(entry.path + ": cannot be read as an image");
@@ -183,11 +184,18 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
     }
     const MapDelta delta = slam.take_delta();
     if (r.is_keyframe) note_keyframe(delta, entry.time, &keyframe_times);
+    if (e.answers.size() == playlist.size() / 2) {
+      e.keyframes_at_half = slam.statistics().keyframes;
+      e.points_at_half = slam.statistics().points;
+    }
   }
   e.frames = static_cast<int>(e.answers.size());
   e.track_ms_median = quantile(track_ms, 0.5);
   e.track_ms_p95 = quantile(track_ms, 0.95);
   e.track_ms_max = quantile(track_ms, 1.0);
+  const auto tenth = static_cast<std::ptrdiff_t>((track_ms.size() + 9) / 10);
+  e.track_ms_first_tenth = quantile({track_ms.begin(), track_ms.begin() + tenth}, 0.5);
+  e.track_ms_last_tenth = quantile({track_ms.end() - tenth, track_ms.end()}, 0.5);
   e.job_ms_median = quantile(job_ms, 0.5);
   e.job_ms_max = quantile(job_ms, 1.0);
   e.jobs = static_cast<int>(job_ms.size());

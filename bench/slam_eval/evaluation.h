@@ -56,6 +56,9 @@ struct Evaluation {
   double job_ms_median = 0, job_ms_max = 0;
   int jobs = 0;
   SlamStatistics statistics;
+  // At half time, to tell growth from what a scene needs.
+  int keyframes_at_half = 0, points_at_half = 0;
+  double track_ms_first_tenth = 0, track_ms_last_tenth = 0;  // medians
   std::string warning;
   Recovery recovery;
   DepthCheck depth;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
@@ -29,6 +30,22 @@ void black_out(std::vector<PlayedImage>* list, int count) {
       played.black = played.black || (played.time >= from && played.time < to);
       if (was_black && !played.black) played.disturbed = true;
       was_black = played.black;
+    }
+  }
+}
+
+// The camera goes back the way it came, again and again: an hour at one place in short.
+void append_passes(int passes, std::vector<PlayedImage>* list) {
+  const std::vector<PlayedImage> there = *list;
+  for (int pass = 1; pass < passes; ++pass) {
+    for (size_t i = 1; i < there.size(); ++i) {
+      const bool back = pass % 2 == 1;
+      const PlayedImage& next = there[back ? there.size() - 1 - i : i];
+      const PlayedImage& last = there[back ? there.size() - i : i - 1];
+      const int64_t apart_us = std::abs((next.time - last.time).us);
+      PlayedImage played = next;
+      played.time = list->back().time + Duration{apart_us};
+      list->push_back(played);
     }
   }
 }
@@ -65,6 +82,7 @@ const std::vector<Degradation>& known_degradations() {
       {.name = "half", .doc = "half the width and height", .half_size = true},
       {.name = "exposure", .doc = "brightness swings by 30 % in 2 s", .gain_swing = 0.3},
       {.name = "blackout", .doc = "black for 1 s, three times", .blackouts = 3},
+      {.name = "passes", .doc = "there and back, ten passes in all", .passes = 10},
       {.name = "jumps", .doc = "then 20 pieces of 0.7 s from random places", .jumps = 20},
   };
   return all;
@@ -89,6 +107,7 @@ std::vector<PlayedImage> make_playlist(const Sequence& sequence, const PlayRange
     list.push_back({i, sequence.images[i].time, false, false});
   }
   if (list.empty()) throw UsageError("no image of the sequence is in this range");
+  append_passes(degradation.passes, &list);
   black_out(&list, degradation.blackouts);
   append_jumps(degradation.jumps, &list);
   return list;

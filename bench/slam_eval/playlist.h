@@ -19,10 +19,11 @@ struct Degradation {
   bool half_size = false;  // half the width and height
   double gain_swing = 0;   // exposure: brightness swings by this share, period 2 s
   int blackouts = 0;       // black images for 1 s, so many times, the camera moving on
+  int passes = 1;          // there, back, there, …
   int jumps = 0;           // after the whole sequence: so many pieces of 0.7 s at random places
 };
 
-/// none, third, noise, jpeg40, half, exposure, blackout, jumps.
+/// none, third, noise, jpeg40, half, exposure, blackout, jumps, passes.
 const std::vector<Degradation>& known_degradations();
 /// Throws UsageError that lists the known names.
 const Degradation& degradation_named(const std::string& name);

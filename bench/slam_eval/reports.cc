@@ -76,6 +76,13 @@ void print(const Evaluation& e) {
       "  %d keyframes, %d points (%d published), %d losses, %d relocalisations, %d restarts, "
       "%d loops\n",
       s.keyframes, s.points, s.published_points, s.losses, s.relocalisations, s.restarts, s.loops);
+  if (e.degradation == "passes") {
+    std::printf(
+        "  from half time to the end: keyframes %d to %d, points %d to %d; track median %.1f ms in "
+        "the first tenth, %.1f in the last\n",
+        e.keyframes_at_half, s.keyframes, e.points_at_half, s.points, e.track_ms_first_tenth,
+        e.track_ms_last_tenth);
+  }
   std::printf("  quality: %.2f 5th percentile of right poses, %.2f highest of those off by 10 cm\n",
               e.right_quality_p05, e.wrong_quality_max);
   std::printf("  focal length as it fits best / as given: %.3f, cost ratio %.2f%s%s\n",
@@ -127,6 +134,10 @@ void write_json(const std::vector<Evaluation>& evaluations, const std::string& p
     add("job_ms_max", e.job_ms_max);
     add("keyframes", e.statistics.keyframes);
     add("points", e.statistics.published_points);
+    add("keyframes_at_half", e.keyframes_at_half);
+    add("points_at_half", e.points_at_half);
+    add("track_ms_first_tenth", e.track_ms_first_tenth);
+    add("track_ms_last_tenth", e.track_ms_last_tenth);
     add("losses", e.statistics.losses);
     add("relocalisations", e.statistics.relocalisations);
     add("restarts", e.statistics.restarts);

@@ -126,6 +126,7 @@ std::optional<Corner> make_corner(const CameraModel& camera, int32_t keyframe_id
   corner.ray = ray_from_xy(camera.unproject(detected.pixel));
   corner.ray_right = ray_from_xy(camera.unproject(detected.pixel + Vector2d(step, 0)));
   corner.ray_down = ray_from_xy(camera.unproject(detected.pixel + Vector2d(0, step)));
+  corner.px_per_xy = camera.px_per_xy(corner.ray.head<2>());
   const double check = (camera.project(corner.ray) - detected.pixel).norm();
   if (!(check < 0.1)) return std::nullopt;
   return corner;

@@ -152,7 +152,8 @@ Sight search_one(const CameraModel& camera, double min_zncc, const ImagePyramid&
   if (!fine || fine->zncc < min_zncc + 0.05) return Sight::kMissed;
   const Vector2d xy = camera.unproject(image_from_level(fine->center, view->level));
   if (seed->sightings.size() == kMaxSightings) seed->sightings.erase(seed->sightings.begin() + 1);
-  seed->sightings.push_back({view_from_source, xy, camera.fx_px / level_scale(view->level)});
+  seed->sightings.push_back(
+      {view_from_source, xy, camera.px_per_xy(xy) / level_scale(view->level)});
   return Sight::kSeen;
 }
 

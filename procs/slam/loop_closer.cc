@@ -251,7 +251,7 @@ class LoopCandidate {
       closure_.observations.push_back(seen);
       sightings_.push_back({old_.point(m.point_id)->position_in_map,
                             keyframe.map_from_cam.inverse(), m.observation.xy,
-                            camera_.fx_px / level_scale(m.observation.level)});
+                            m.observation.scale_px()});
     }
   }
 
@@ -366,13 +366,7 @@ std::optional<LoopSearch> loop_search(const SlamMap& map, const PlaceIndex& plac
 std::optional<LoopClosure> find_loop(const CameraModel& camera, const SlamOptions& options,
                                      const LoopSearch& search) {
   for (const LoopSearch::OldSide& old_side : search.old_sides) {
-    if (auto closure = LoopCandidate(camera, options, search, old_side).close()) {
-      fprintf(stderr, "LOOP %d -> %d: views %zu obs %zu rms %.2f scale %.3f way %.2f\n",
-              search.keyframe_id, old_side.keyframe_ids[0], closure->new_side.size(),
-              closure->observations.size(), closure->rms_px, closure->old_from_new.scale(),
-              old_side.way);
-      return closure;
-    }
+    if (auto closure = LoopCandidate(camera, options, search, old_side).close()) return closure;
   }
   return std::nullopt;
 }

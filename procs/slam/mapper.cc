@@ -132,15 +132,14 @@ double redundant_share(const SlamMap& map, const Keyframe& keyframe) {
 }
 
 // A point and those of its observations whose keyframes are in the problem, at these indices.
-void add_point(const Point& point, const std::map<int32_t, int32_t>& index, double focal_px,
+void add_point(const Point& point, const std::map<int32_t, int32_t>& index,
                BundleProblem* problem) {
   const auto point_index = static_cast<int32_t>(problem->points.size());
   problem->points.push_back({point.id, point.position_in_map});
   for (const Observation& o : point.observations) {
     const auto it = index.find(o.keyframe_id);
     if (it == index.end()) continue;
-    problem->observations.push_back(
-        {it->second, point_index, o.xy, focal_px / level_scale(o.level)});
+    problem->observations.push_back({it->second, point_index, o.xy, o.scale_px()});
   }
 }
 
@@ -185,7 +184,8 @@ Observation Mapper::second_observation(const SlamMap& map, int32_t point_id,
       if ((observation.pixel - followed_px).norm() < kSamePlace_px) return observation;
     }
   }
-  return {second.id, 0, followed_px, camera_.unproject(followed_px)};
+  const Vector2d xy = camera_.unproject(followed_px);
+  return {second.id, 0, followed_px, xy, camera_.px_per_xy(xy)};
 }
 
 bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt& tracking) const {
@@ -441,12 +441,12 @@ BundleProblem Mapper::bundle_problem(const SlamMap& map) const {
     problem.keyframes.push_back({id, role, map.keyframe(id)->map_from_cam});
   };
   for (const int32_t id : window) {
-    // With nobody outside, the oldest holds the map's place; its scale may float a little.
     const bool anchor = fixed.empty() && id == window.front();
     add(id, anchor ? BundleRole::kFixed : BundleRole::kAdjusted);
   }
+  problem.floats = fixed.empty();
   for (const int32_t id : fixed) add(id, BundleRole::kFixed);
-  for (const int32_t id : point_ids) add_point(*map.point(id), index, camera_.fx_px, &problem);
+  for (const int32_t id : point_ids) add_point(*map.point(id), index, &problem);
   return problem;
 }
 
@@ -471,7 +471,7 @@ BundleProblem Mapper::focal_problem(const SlamMap& map) const {
   }
   const size_t every = std::max<size_t>(1, (candidates.size() + kFocalPoints - 1) / kFocalPoints);
   for (size_t i = 0; i < candidates.size(); i += every) {
-    add_point(*candidates[i], index, camera_.fx_px, &problem);
+    add_point(*candidates[i], index, &problem);
   }
   return problem;
 }
@@ -502,7 +502,7 @@ BundleProblem Mapper::global_problem(const SlamMap& map) const {
                     [&](const Observation& o) { return tied[o.keyframe_id] < kGlobalTies; });
     if (!needed) continue;
     for (const Observation& o : point.observations) ++tied[o.keyframe_id];
-    add_point(point, index, camera_.fx_px, &problem);
+    add_point(point, index, &problem);
   }
   return problem;
 }

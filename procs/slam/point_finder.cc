@@ -115,6 +115,7 @@ std::optional<PointMatch> PointFinder::find(const Point& point, const PatchView&
   match.observation.level = level;
   match.observation.pixel = image_from_level(fine->center, level);
   match.observation.xy = camera_.unproject(match.observation.pixel);
+  match.observation.px_per_xy = camera_.px_per_xy(match.observation.xy);
   return match;
 }
 

@@ -29,6 +29,7 @@ namespace {
 constexpr Duration kClockJump = seconds(1);  // older images than by that: the camera's clock is new
 constexpr int kRivalEvery = 5;           // doubtful images, from one look for rivals to the next
 constexpr double kRivalMargin = 0.15;    // of quality
+constexpr double kSamePlace = 0.1;       // depths, or radians: a better answer, but no other place
 constexpr int kAdjustAllKeyframes = 10;  // until all of the map is adjusted
 constexpr int kFirstFocalCheck = 5, kFocalCheckKeyframes = 12;  // keyframes until the next check
 // With the right focal length the factor came out within 0.03 of 1, the cost ratio at 0.98 to 1;
@@ -138,6 +139,7 @@ class Slam::Impl {
   void search_again(const Frame& frame, TrackingResult* result);
   bool good_enough(const TrackingAttempt& attempt) const;
   TrackingAttempt rival_of(const Frame& frame, const TrackingAttempt& tried);
+  bool same_place(const TrackingAttempt& a, const TrackingAttempt& b) const;
   bool good_to_relocalise(const TrackingAttempt& attempt) const;
   TrackingAttempt attempt(const Frame& frame, const Pose<Map, Cam>& pose, SearchWidth width) const;
   TrackingAttempt best_attempt(const Frame& frame, const std::vector<Pose<Map, Cam>>& poses) const;
@@ -269,7 +271,10 @@ void Slam::Impl::follow(const Frame& frame, TrackingResult* result) {
     if (wide.quality > tried.quality) tried = std::move(wide);
   }
   if (good_enough(tried)) {
-    if (TrackingAttempt rival = rival_of(frame, tried); rival.quality > tried.quality) {
+    TrackingAttempt rival = rival_of(frame, tried);
+    if (rival.quality > tried.quality && same_place(rival, tried)) {
+      tried = std::move(rival);
+    } else if (rival.quality > tried.quality) {
       tried = std::move(rival);
       ++counters_.losses;
       ++counters_.relocalisations;
@@ -300,6 +305,12 @@ TrackingAttempt Slam::Impl::rival_of(const Frame& frame, const TrackingAttempt& 
   TrackingAttempt rival = best_attempt(frame, relocalizer_.similar_views(map_, frame.thumbnail));
   const bool wins = good_to_relocalise(rival) && rival.quality > tried.quality + kRivalMargin;
   return wins ? rival : TrackingAttempt{};
+}
+
+bool Slam::Impl::same_place(const TrackingAttempt& a, const TrackingAttempt& b) const {
+  const Pose<Cam, Cam> between = a.map_from_cam.inverse() * b.map_from_cam;
+  return between.translation().norm() < kSamePlace * map_.newest_keyframe().median_depth &&
+         between.rotation().angularDistance(Eigen::Quaterniond::Identity()) < kSamePlace;
 }
 
 TrackingAttempt Slam::Impl::best_attempt(const Frame& frame,
@@ -542,7 +553,8 @@ void Slam::Impl::restore(const StoredMap& stored) {
     point.born_keyframe_id = p.born_keyframe_id;
     std::optional<slam::Corner> source;
     for (const StoredMap::Observation& o : p.observations) {
-      point.observations.push_back({o.keyframe_id, o.level, o.pixel, camera_.unproject(o.pixel)});
+      const Eigen::Vector2d xy = camera_.unproject(o.pixel);
+      point.observations.push_back({o.keyframe_id, o.level, o.pixel, xy, camera_.px_per_xy(xy)});
       if (o.keyframe_id == p.source_keyframe_id) {
         source = slam::make_corner(camera_, o.keyframe_id, {o.pixel, o.level});
       }

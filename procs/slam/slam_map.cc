@@ -54,7 +54,8 @@ int32_t SlamMap::add_point(const Eigen::Vector3d& position_in_map, const Corner&
   const int32_t id = point.id;
   points_.emplace(id, std::move(point));
   touched_.points.insert(id);
-  add_observation(id, {source.keyframe_id, source.level, source.pixel, source.ray.head<2>()});
+  add_observation(
+      id, {source.keyframe_id, source.level, source.pixel, source.ray.head<2>(), source.px_per_xy});
   return id;
 }
 

@@ -23,6 +23,10 @@ struct Observation {
   int level = 0;          // pyramid level of the measurement
   Eigen::Vector2d pixel;  // of the full image
   Eigen::Vector2d xy;     // (x/z, y/z) of the ray
+  double px_per_xy = 1;   // of the full image, there
+
+  /// Pixels of its level per unit of xy: what turns its error into pixels.
+  double scale_px() const { return px_per_xy / level_scale(level); }
 };
 
 /// The corner a point (or seed) comes from: the patch that is looked for in other images.
@@ -33,6 +37,7 @@ struct Corner {
   /// Rays (z = 1) through the corner and through its neighbours one pixel (of its level) to the
   /// right and below: they carry the patch into other views.
   Eigen::Vector3d ray, ray_right, ray_down;
+  double px_per_xy = 1;  // of the full image, there
 };
 
 struct Point {

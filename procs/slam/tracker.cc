@@ -52,14 +52,13 @@ std::vector<Candidate> select_spread(const std::vector<Candidate>& candidates, s
   return selected;
 }
 
-PoseEstimate pose_from_matches(const CameraModel& camera, const SlamMap& map,
-                               const Pose<Map, Cam>& start,
+PoseEstimate pose_from_matches(const SlamMap& map, const Pose<Map, Cam>& start,
                                const std::vector<PointMatch>& matches) {
   std::vector<PoseObservation> observations;
   observations.reserve(matches.size());
   for (const PointMatch& m : matches) {
-    observations.push_back({map.point(m.point_id)->position_in_map, m.observation.xy,
-                            camera.fx_px / level_scale(m.observation.level)});
+    observations.push_back(
+        {map.point(m.point_id)->position_in_map, m.observation.xy, m.observation.scale_px()});
   }
   return optimize_pose(start, observations);
 }
@@ -83,7 +82,7 @@ Pose<Map, Cam> coarse_pose(const CameraModel& camera, const SlamMap& map,
     if (auto match = finder.find(*c.point, c.view, search)) matches.push_back(*match);
   }
   if (matches.size() < kMinCoarseMatches) return predicted;
-  const PoseEstimate estimate = pose_from_matches(camera, map, predicted, matches);
+  const PoseEstimate estimate = pose_from_matches(map, predicted, matches);
   const size_t inliers = count_inliers(estimate, options.max_reprojection_error_px);
   return inliers >= std::max(kMinCoarseMatches, matches.size() / 3) ? estimate.map_from_cam
                                                                     : predicted;
@@ -133,7 +132,7 @@ TrackingAttempt track_points(const CameraModel& camera, const SlamMap& map,
   attempt.searched = std::move(fine.searched);
   std::sort(attempt.searched.begin(), attempt.searched.end());
   if (fine.matches.size() < 6) return attempt;
-  const PoseEstimate estimate = pose_from_matches(camera, map, attempt.map_from_cam, fine.matches);
+  const PoseEstimate estimate = pose_from_matches(map, attempt.map_from_cam, fine.matches);
   attempt.map_from_cam = estimate.map_from_cam;
   attempt.sigma_px = estimate.sigma_px;
   for (size_t i = 0; i < fine.matches.size(); ++i) {
