@@ -114,7 +114,10 @@ std::optional<CameraModel> from_message(const camera_info_t& m) {
   return camera;
 }
 
-void write_pose(const Pose<Map, Cam>& map_from_cam, camera_pose_t* message) {
+namespace {
+
+template <class Message>
+void write_map_from_cam(const Pose<Map, Cam>& map_from_cam, Message* message) {
   const std::vector<double> q = wxyz(map_from_cam.rotation());
   std::copy(q.begin(), q.end(), message->map_from_cam_quat_wxyz);
   for (int i = 0; i < 3; ++i) {
@@ -122,11 +125,29 @@ void write_pose(const Pose<Map, Cam>& map_from_cam, camera_pose_t* message) {
   }
 }
 
+template <class Message>
+std::optional<Pose<Map, Cam>> read_map_from_cam(const Message& message) {
+  const auto rotation = read_rotation(message.map_from_cam_quat_wxyz);
+  const Eigen::Vector3d position(message.map_from_cam_position_mu);
+  if (!rotation || !position.allFinite()) return std::nullopt;
+  return Pose<Map, Cam>(*rotation, position);
+}
+
+}  // namespace
+
+void write_pose(const Pose<Map, Cam>& map_from_cam, camera_pose_t* message) {
+  write_map_from_cam(map_from_cam, message);
+}
+void write_pose(const Pose<Map, Cam>& map_from_cam, pose_hint_t* message) {
+  write_map_from_cam(map_from_cam, message);
+}
+
 std::optional<Pose<Map, Cam>> read_pose(const camera_pose_t& message) {
   if (message.state != camera_pose_t::STATE_TRACKING) return std::nullopt;
-  const auto rotation = read_rotation(message.map_from_cam_quat_wxyz);
-  if (!rotation) return std::nullopt;
-  return Pose<Map, Cam>(*rotation, Eigen::Vector3d(message.map_from_cam_position_mu));
+  return read_map_from_cam(message);
+}
+std::optional<Pose<Map, Cam>> read_pose(const pose_hint_t& message) {
+  return read_map_from_cam(message);
 }
 
 std::vector<map_delta_t> split(const MapDelta& delta, size_t max_bytes) {

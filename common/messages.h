@@ -18,6 +18,7 @@
 #include "foresight/carving_delta_t.hpp"
 #include "foresight/map_delta_t.hpp"
 #include "foresight/mesh_t.hpp"
+#include "foresight/pose_hint_t.hpp"
 
 namespace foresight {
 
@@ -30,6 +31,9 @@ std::optional<CameraModel> from_message(const camera_info_t& message);
 void write_pose(const Pose<Map, Cam>& map_from_cam, camera_pose_t* message);
 /// The pose, when the message says it is tracking and its quaternion is one.
 std::optional<Pose<Map, Cam>> read_pose(const camera_pose_t& message);
+
+void write_pose(const Pose<Map, Cam>& map_from_cam, pose_hint_t* message);
+std::optional<Pose<Map, Cam>> read_pose(const pose_hint_t& message);
 
 /// The delta in one or more parts of at most `max_bytes`; headers carry part and part_count only.
 std::vector<map_delta_t> split(const MapDelta& delta, size_t max_bytes);

@@ -37,6 +37,14 @@ struct Recovery {
   int placed_in_black = 0;  // poses called good while the image was black
 };
 
+/// Placed images whose quality is in a range, and how right they are.
+struct QualityBin {
+  double from = 0, to = 0;
+  int images = 0;
+  double error_m_median = 0, error_m_p95 = 0;
+  int wrong_by_5_cm = 0;
+};
+
 struct Evaluation {
   std::string sequence, degradation;
   int frames = 0;
@@ -52,6 +60,7 @@ struct Evaluation {
   // ones too) that are off by more than 10 cm; −1: there was none.
   double right_quality_p05 = -1;
   double wrong_quality_max = -1;
+  std::vector<QualityBin> quality_bins;
   double track_ms_median = 0, track_ms_p95 = 0, track_ms_max = 0;
   double job_ms_median = 0, job_ms_max = 0;
   int jobs = 0;

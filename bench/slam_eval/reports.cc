@@ -1,5 +1,6 @@
 #include "bench/slam_eval/reports.h"
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 #include <fstream>
@@ -85,6 +86,13 @@ void print(const Evaluation& e) {
   }
   std::printf("  quality: %.2f 5th percentile of right poses, %.2f highest of those off by 10 cm\n",
               e.right_quality_p05, e.wrong_quality_max);
+  for (const QualityBin& b : e.quality_bins) {
+    if (b.images == 0) continue;
+    std::printf(
+        "    quality %.1f to %.1f: %d images, off by %.1f cm median, %.1f cm 95 %%, %d by > 5 cm\n",
+        b.from, std::min(1.0, b.to), b.images, 100 * b.error_m_median, 100 * b.error_m_p95,
+        b.wrong_by_5_cm);
+  }
   std::printf("  focal length as it fits best / as given: %.3f, cost ratio %.2f%s%s\n",
               s.focal_factor, s.focal_cost_ratio, e.warning.empty() ? "" : "; ", e.warning.c_str());
   if (e.recovery.disturbances > 0) {
@@ -160,6 +168,15 @@ void write_json(const std::vector<Evaluation>& evaluations, const std::string& p
     add("transfer_from_fit_m", e.transfer.from_fit_m);
     add("truth_transfer_from_fit_m", e.truth_transfer.from_fit_m);
     add("peak_mb", e.peak_mb);
+    file << ", \"quality_bins\": [";
+    for (size_t b = 0; b < e.quality_bins.size(); ++b) {
+      const QualityBin& bin = e.quality_bins[b];
+      file << (b > 0 ? ", " : "") << "{\"from\": " << bin.from << ", \"images\": " << bin.images
+           << ", \"error_m_median\": " << bin.error_m_median
+           << ", \"error_m_p95\": " << bin.error_m_p95
+           << ", \"wrong_by_5_cm\": " << bin.wrong_by_5_cm << "}";
+    }
+    file << "]";
     file << "}" << (i + 1 < evaluations.size() ? ",\n" : "\n");
   }
   file << "]\n";

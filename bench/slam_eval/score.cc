@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 namespace foresight {
 namespace {
@@ -105,6 +106,22 @@ void note_errors(const Sequence& sequence, const Similarity<World, Map>& world_f
   if (!right.empty()) e->right_quality_p05 = quantile(std::move(right), 0.05);
 }
 
+void bin_by_quality(Evaluation* e) {
+  for (const auto& [from, to] : {std::pair(0.0, 0.5), {0.5, 0.7}, {0.7, 0.9}, {0.9, 1.01}}) {
+    QualityBin bin{from, to};
+    std::vector<double> errors;
+    for (const Answer& a : e->answers) {
+      if (!placed(a) || !a.error_m || a.quality < from || a.quality >= to) continue;
+      errors.push_back(*a.error_m);
+      if (*a.error_m > kRight_m) ++bin.wrong_by_5_cm;
+    }
+    bin.images = static_cast<int>(errors.size());
+    bin.error_m_median = quantile(errors, 0.5);
+    bin.error_m_p95 = quantile(errors, 0.95);
+    e->quality_bins.push_back(bin);
+  }
+}
+
 void score_recovery(Evaluation* e) {
   std::optional<Time> waiting_since;
   for (const Answer& a : e->answers) {
@@ -138,6 +155,7 @@ void score(const Sequence& sequence, Evaluation* e) {
   score_positions(e);
   score_relative(sequence, *world_from_map, epoch, e);
   note_errors(sequence, *world_from_map, epoch, e);
+  bin_by_quality(e);
   score_recovery(e);
 }
 

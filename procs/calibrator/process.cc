@@ -69,6 +69,8 @@ CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params)
           {.channel = "ALIGNMENT", .rate_hz = 1, .doc = "how the map lies in the world"})),
       base_poses_(node.advertise<base_pose_t>(
           {.channel = "BASE_POSE", .rate_hz = 30, .doc = "where the base is, per frame"})),
+      hints_(node.advertise<pose_hint_t>(
+          {.channel = "POSE_HINT", .doc = "where the camera should be, while SLAM is lost"})),
       requester_(node, "MAP_DELTA", Domain::kRobot) {
   params_.options.filter.kind = params.filter == "paper" ? calibration::BaseFilterKind::kPaper
                                                          : calibration::BaseFilterKind::kKalman;
@@ -124,6 +126,17 @@ void CalibratorProcess::on_camera_pose(const camera_pose_t& message) {
       {{message.utime}, message.epoch, pose, message.quality, message.points_found});
   if (!is_new) node_.reject_message("CAMERA_POSE", "time-stamp does not increase");
   publish_base();
+  if (message.state == camera_pose_t::STATE_LOST) publish_hint();
+}
+
+void CalibratorProcess::publish_hint() {
+  const auto expected = core_->expected_camera();
+  if (!expected) return;
+  pose_hint_t hint{};
+  hint.utime = expected->time.us;
+  hint.epoch = expected->epoch;
+  write_pose(expected->map_from_cam, &hint);
+  hints_.publish(hint);
 }
 
 void CalibratorProcess::on_map_delta(const map_delta_t& message) {

@@ -18,8 +18,8 @@
 
 namespace foresight {
 
-/// CAMERA_INFO, CAMERA_POSE, MAP_DELTA and JOINT_STATE in; ALIGNMENT and BASE_POSE out (paper
-/// §II-C).
+/// CAMERA_INFO, CAMERA_POSE, MAP_DELTA and JOINT_STATE in; ALIGNMENT, BASE_POSE and, while SLAM is
+/// lost, POSE_HINT out (paper §II-C).
 class CalibratorProcess : public Process {
  public:
   using Params = CalibratorParams;
@@ -43,6 +43,7 @@ class CalibratorProcess : public Process {
   void solve();
   void publish_alignment();
   void publish_base();
+  void publish_hint();
   void publish_health();
   std::string missing_input() const;
 
@@ -50,6 +51,7 @@ class CalibratorProcess : public Process {
   CalibratorParams params_;
   Publisher<alignment_t> alignments_;
   Publisher<base_pose_t> base_poses_;
+  Publisher<pose_hint_t> hints_;
   SnapshotRequester requester_;
   DeltaReceiver<map_delta_t, MapDelta> receiver_;
   std::unique_ptr<calibration::Calibrator> core_;

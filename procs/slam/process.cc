@@ -27,6 +27,9 @@ SlamProcess::SlamProcess(Node& node, const SlamParams& params)
   node.subscribe<slam_command_t>(
       {.channel = "SLAM_COMMAND", .doc = "orders: save, load or reset the map"}, Queue::kAll,
       [this](const slam_command_t& m) { on_command(m); });
+  node.subscribe<pose_hint_t>(
+      {.channel = "POSE_HINT", .doc = "where the arm says that the camera is"}, Queue::kLatest,
+      [this](const pose_hint_t& m) { on_hint(m); });
   node.subscribe<snapshot_request_t>(
       {.channel = "SNAPSHOT_REQUEST", .doc = "asks for the whole map"}, Queue::kAll,
       [this](const snapshot_request_t& m) { on_request(m); });
@@ -124,6 +127,13 @@ void SlamProcess::on_command(const slam_command_t& command) {
 void SlamProcess::drop_loads() {
   std::erase_if(file_orders_, [](const FileOrder& o) { return !o.save; });
   ++load_mark_;
+}
+
+void SlamProcess::on_hint(const pose_hint_t& hint) {
+  const auto pose = read_pose(hint);
+  if (!pose) return node_.reject_message("POSE_HINT", "its pose is none");
+  if (!slam_ || hint.epoch != epoch_) return;  // of another map
+  slam_->hint({hint.utime}, *pose);
 }
 
 void SlamProcess::on_request(const snapshot_request_t& request) {

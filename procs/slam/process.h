@@ -13,6 +13,7 @@
 #include "foresight/camera_pose_t.hpp"
 #include "foresight/image_t.hpp"
 #include "foresight/map_delta_t.hpp"
+#include "foresight/pose_hint_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "foresight/view_t.hpp"
 #include "procs/slam/params.h"
@@ -21,7 +22,7 @@
 
 namespace foresight {
 
-/// IMAGE and CAMERA_INFO in; CAMERA_POSE, VIEW and MAP_DELTA out (paper §II-A).
+/// IMAGE, CAMERA_INFO and POSE_HINT in; CAMERA_POSE, VIEW and MAP_DELTA out (paper §II-A).
 class SlamProcess : public Process {
  public:
   using Params = SlamParams;
@@ -35,6 +36,7 @@ class SlamProcess : public Process {
   void on_image(const image_t& message);
   void reject(const char* why);  // the present IMAGE
   void on_command(const slam_command_t& command);
+  void on_hint(const pose_hint_t& hint);
   void on_request(const snapshot_request_t& request);
   camera_pose_t to_message(const TrackingResult& result) const;
   void publish_view(const image_t& image, const camera_pose_t& pose, bool is_keyframe);

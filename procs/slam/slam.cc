@@ -27,6 +27,7 @@ using slam::TrackingAttempt;
 
 namespace {
 constexpr Duration kClockJump = seconds(1);  // older images than by that: the camera's clock is new
+constexpr Duration kHintAge = milliseconds(300);  // of a hint that is still of use
 constexpr int kRivalEvery = 5;           // doubtful images, from one look for rivals to the next
 constexpr double kRivalMargin = 0.15;    // of quality
 constexpr double kSamePlace = 0.1;       // depths, or radians: a better answer, but no other place
@@ -124,6 +125,7 @@ class Slam::Impl {
   StoredMap stored_map() const;
   void restore(const StoredMap& stored);
 
+  void hint(Time time, const Pose<Map, Cam>& map_from_cam) { hint_ = {time, map_from_cam}; }
   slam::PublishedMap& deltas() { return deltas_; }
   slam::SlamMap& map() { return map_; }
   int epoch() const { return epoch_; }
@@ -159,6 +161,11 @@ class Slam::Impl {
   TrackingState state_ = TrackingState::kInitialising;
   std::optional<Time> last_time_;
   Time lost_since_;
+  struct Hint {
+    Time time;
+    Pose<Map, Cam> map_from_cam;
+  };
+  std::optional<Hint> hint_;
   int good_frames_ = 0;      // in a row
   int doubtful_frames_ = 0;  // in a row
   bool bundle_wanted_ = false;
@@ -327,6 +334,9 @@ TrackingAttempt Slam::Impl::best_attempt(const Frame& frame,
 void Slam::Impl::search_again(const Frame& frame, TrackingResult* result) {
   std::vector<Pose<Map, Cam>> poses = {
       motion_.predict(frame.time, frame.thumbnail, map_.newest_keyframe().median_depth)};
+  if (hint_ && frame.time - hint_->time < kHintAge && hint_->time - frame.time < kHintAge) {
+    poses.insert(poses.begin(), hint_->map_from_cam);
+  }
   for (const Pose<Map, Cam>& pose : relocalizer_.similar_views(map_, frame.thumbnail)) {
     poses.push_back(pose);
   }
@@ -400,6 +410,7 @@ void Slam::Impl::reset(const std::string& reason) {
   places_ = slam::PlaceIndex();
   unlooped_.clear();
   closure_.reset();
+  hint_.reset();
   keyframes_to_adjust_all_ = kAdjustAllKeyframes;
   keyframes_to_check_ = kFirstFocalCheck;
   counters_.focal_factor = counters_.focal_cost_ratio = 1;
@@ -601,6 +612,7 @@ Slam::~Slam() = default;
 TrackingResult Slam::track(Time time, const GrayImageView& image) {
   return impl_->track(time, image);
 }
+void Slam::hint(Time time, const Pose<Map, Cam>& map_from_cam) { impl_->hint(time, map_from_cam); }
 MapDelta Slam::take_delta() { return impl_->deltas().take(&impl_->map()); }
 MapDelta Slam::snapshot() const { return impl_->deltas().snapshot(); }
 StoredMap Slam::stored_map() const { return impl_->stored_map(); }

@@ -100,6 +100,10 @@ class Slam {
   /// it is older by more than a second: then the camera's clock was set anew.
   [[nodiscard]] TrackingResult track(Time time, const GrayImageView& image);
 
+  /// Where the camera should be at about this time, by other means (an arm's joints): a lost camera
+  /// is looked for there first. Not believed more than any other guess, and never needed.
+  void hint(Time time, const Pose<Map, Cam>& map_from_cam);
+
   /// What changed in the published map since the last call. Points on probation are not in it;
   /// moves below SlamOptions::delta_threshold_px as seen from their keyframes are held back.
   [[nodiscard]] MapDelta take_delta();

@@ -22,6 +22,10 @@ class ProcessTest : public testing::Test, public RobotListener {
       output_.insert(output_.end(), bytes.begin(), bytes.end());
       const int size = static_cast<int>(bytes.size());
       if (channel == "ALIGNMENT") ASSERT_GT(alignment_.decode(bytes.data(), 0, size), 0);
+      if (channel == "POSE_HINT") {
+        ASSERT_GT(hint_.decode(bytes.data(), 0, size), 0);
+        ++hints_;
+      }
       if (channel == "HEALTH") ASSERT_GT(health_.decode(bytes.data(), 0, size), 0);
       if (channel == "BASE_POSE") {
         ASSERT_GT(base_.decode(bytes.data(), 0, size), 0);
@@ -90,10 +94,11 @@ class ProcessTest : public testing::Test, public RobotListener {
   CalibratorProcess* process_ = nullptr;
   alignment_t alignment_{};
   base_pose_t base_{};
+  pose_hint_t hint_{};
   health_t health_{};
   std::vector<uint8_t> output_;
   int32_t seq_ = -1;
-  int frames_ = 0, base_poses_ = 0;
+  int frames_ = 0, base_poses_ = 0, hints_ = 0;
   bool joints_are_on_ = true;
   int extra_joints_ = 0;
 };
@@ -126,6 +131,27 @@ TEST_F(ProcessTest, AlignsAndFollowsTheBase) {
   const int frames = frames_, poses = base_poses_;
   run(2);
   EXPECT_NEAR(base_poses_ - poses, frames_ - frames, 1) << "one per frame";
+}
+
+TEST_F(ProcessTest, SaysWhereALostCameraShouldBe) {
+  start({});
+  robot_->set_tracking(SimulatedRobot::Tracking::kLost);
+  run(0.5);
+  EXPECT_EQ(hints_, 0);  // not aligned: nothing is known
+  robot_->set_tracking(SimulatedRobot::Tracking::kGood);
+  run(14);
+  ASSERT_EQ(alignment_.state, +alignment_t::STATE_ALIGNED) << alignment_.reason;
+  EXPECT_EQ(hints_, 0);  // not lost: nobody asks
+  robot_->set_tracking(SimulatedRobot::Tracking::kLost);
+  run(1);
+  EXPECT_NEAR(hints_, 30, 2);
+  EXPECT_EQ(hint_.epoch, robot_->epoch());
+  const auto map_from_cam = read_pose(hint_);
+  ASSERT_TRUE(map_from_cam);
+  const Pose<World, Cam> expected = robot_->world_from_map() * *map_from_cam;
+  const Pose<World, Cam> truth = robot_->world_from_cam({hint_.utime});
+  EXPECT_LT((expected.translation() - truth.translation()).norm(), 0.01);
+  EXPECT_LT(expected.rotation().angularDistance(truth.rotation()), 0.01);
 }
 
 TEST_F(ProcessTest, TwoRunsGiveTheSameBytes) {

@@ -51,9 +51,10 @@ TEST_F(PoseTrack, NamesTheLineThatIsNoPose) {
   }
 }
 
-TEST_F(PoseTrack, RefusesTimesThatDoNotIncreaseAndFewerThanTwoPoses) {
-  const std::string again = refusal(kTwo + "2.5 3 2 1 0 0 0 1\n");
-  EXPECT_TRUE(again.starts_with("line 3: its time is not after")) << again;
+TEST_F(PoseTrack, RefusesTimesThatDecreaseAndFewerThanTwoPoses) {
+  const std::string back = refusal(kTwo + "2.4 3 2 1 0 0 0 1\n");
+  EXPECT_TRUE(back.starts_with("line 3: its time is before")) << back;
+  EXPECT_EQ(load(kTwo + "2.5 3 2 1 0 0 0 1\n").size(), 2u);  // twice the same time: the first
   EXPECT_TRUE(refusal(kTwo + "2.4 3 2 1 0 0 0 1\n").starts_with("line 3: "));
   EXPECT_NE(refusal("# nothing\n").find("has 0 poses"), std::string::npos);
   EXPECT_NE(refusal("1 0 0 0 0 0 0 1\n").find("has 1 pose but"), std::string::npos);

@@ -117,9 +117,6 @@ TEST(Lens, FisheyeAndBarrelAreTrackedToTheirEdges) {
     EXPECT_GT(result.least_quality, 0.8);
     EXPECT_LT(result.error_m, 0.005);
     EXPECT_GT(result.statistics.published_points, 400);
-    printf("%d first %d q %.2f err %.4f points %d kf %d\n", (int)camera.lens, result.first_image,
-           result.least_quality, result.error_m, result.statistics.published_points,
-           result.statistics.keyframes);
   }
 }
 

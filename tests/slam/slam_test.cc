@@ -118,6 +118,25 @@ TEST_F(SlamTest, BlackImagesAreLostAndItComesBack) {
   EXPECT_EQ(slam.statistics().restarts, 0);
 }
 
+TEST_F(SlamTest, AHintIsNeitherNeededNorBelieved) {
+  const cv::Mat black(480, 640, CV_8UC1, cv::Scalar::all(0));
+  Slam slam(camera_, SlamOptions{});
+  const Pose<Map, Cam> known = sweep(&slam, 0, 0.6, 36).map_from_cam;
+  ASSERT_EQ(step(&slam, black).state, TrackingState::kLost);
+  // Where it is not: the image decides.
+  const Pose<Map, Cam> wrong(known.rotation(), known.translation() + Eigen::Vector3d(0.5, 0, 0));
+  slam.hint(time_, wrong);
+  TrackingResult back = step(&slam, 0.6);
+  EXPECT_EQ(back.state, TrackingState::kTracking) << back.reason;
+  EXPECT_LT((back.map_from_cam.translation() - known.translation()).norm(), 0.01);
+  ASSERT_EQ(step(&slam, black).state, TrackingState::kLost);
+  // Of another time: not even looked at.
+  slam.hint(time_ - seconds(5), wrong);
+  back = step(&slam, 0.6);
+  EXPECT_EQ(back.state, TrackingState::kTracking) << back.reason;
+  EXPECT_LT((back.map_from_cam.translation() - known.translation()).norm(), 0.01);
+}
+
 TEST_F(SlamTest, AForeignSceneIsNotTakenForTheMap) {
   Slam slam(camera_, SlamOptions{});
   ASSERT_EQ(sweep(&slam, 0, 0.6, 36).state, TrackingState::kTracking);
