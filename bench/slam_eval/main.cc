@@ -113,6 +113,8 @@ int main(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--relocalise-every", a.relocalisation.every, "take every so many of them")
       ->check(CLI::PositiveNumber);
+  app.add_flag("--relocalise-hint", a.relocalisation.hint,
+               "tell it the pose, off by 3 cm and 2 degrees, as an arm might");
   app.add_flag("--verbose", a.range.verbose, "one line per image");
   app.add_option("--set", a.overrides, "option=value, see procs/slam/slam_options.h");
   return tool_main(app, argc, argv, [&] { return evaluate_all(a); });

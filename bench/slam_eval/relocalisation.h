@@ -21,12 +21,14 @@ struct RelocalisationTrial {
   double first_ms = 0;  // CPU time of the first image
 
   bool placed() const { return images > 0; }
-  bool right() const { return placed() && error_m < 0.05 && error_deg < 3; }
+  bool right() const { return placed() && error_m < 0.05 && error_deg < 5; }
+  bool wrong() const { return placed() && (error_m > 0.1 || error_deg > 10); }
 };
 
 struct RelocalisationRange {
   int start = 0, every = 1;  // images of the query sequence
   int images = 9;            // shown of each: 0.3 s at 30 Hz
+  bool hint = false;         // tell it the pose, off by 3 cm and 2°, as an arm might
 };
 
 /// Every trial begins lost. Throws UnavailableError where the map's keyframes have no truth, or an
