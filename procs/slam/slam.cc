@@ -5,14 +5,11 @@
 #include <deque>
 #include <opencv2/core.hpp>
 #include <utility>
-#include <variant>
 #include <vector>
 
-#include "procs/slam/bundle_adjustment.h"
-#include "procs/slam/initializer.h"
-#include "procs/slam/loop_closer.h"
 #include "procs/slam/loop_correction.h"
 #include "procs/slam/mapper.h"
+#include "procs/slam/mapping_work.h"
 #include "procs/slam/motion_model.h"
 #include "procs/slam/published_map.h"
 #include "procs/slam/relocalizer.h"
@@ -38,72 +35,6 @@ constexpr int kFirstFocalCheck = 5, kFocalCheckKeyframes = 12;  // keyframes unt
 // tell gave 0.84 at 0.94.
 constexpr double kFocalTolerance = 0.05, kFocalEvidence = 0.8;  // factor off by, cost ratio below
 }  // namespace
-
-struct SeedWork {
-  CameraModel camera;
-  SlamOptions options;
-  slam::SeedSearch search;
-};
-struct FocalWork {
-  slam::BundleProblem problem;
-};
-struct FoundSeeds {
-  int32_t keyframe_id = 0;
-  std::vector<slam::Seed> seeds;
-};
-/// A keyframe whose features have not been detected.
-struct UndescribedKeyframe {
-  int32_t id = 0;
-  slam::ImagePyramid pyramid;
-};
-struct DescribedKeyframe {
-  int32_t id = 0;
-  std::shared_ptr<const slam::Features> features;
-};
-struct LoopWork {
-  CameraModel camera;
-  SlamOptions options;
-  slam::LoopSearch search;
-};
-struct GraphWork {
-  slam::LoopClosure closure;
-  slam::PoseGraph graph;
-};
-struct SolvedGraph {
-  slam::LoopClosure closure;
-  slam::PoseGraph before, solved;
-  bool usable = false;
-};
-struct MappingJob::Data {
-  int epoch = 0;
-  std::variant<slam::Initializer::Attempt, SeedWork, UndescribedKeyframe, slam::BundleProblem,
-               LoopWork, GraphWork, FocalWork>
-      work;
-};
-struct AdjustedBundle {
-  slam::BundleProblem problem;
-  slam::BundleSolution solution;
-};
-struct MappingResult::Data {
-  int epoch = 0;
-  std::variant<slam::Initializer::Answer, FoundSeeds, DescribedKeyframe, AdjustedBundle,
-               std::optional<slam::LoopClosure>, SolvedGraph, slam::FocalCheck>
-      result;
-};
-MappingJob::MappingJob(std::unique_ptr<Data> job_data) : data(std::move(job_data)) {}
-MappingJob::MappingJob(MappingJob&&) noexcept = default;
-MappingJob& MappingJob::operator=(MappingJob&&) noexcept = default;
-MappingJob::~MappingJob() = default;
-double MappingJob::relative_cost() const {
-  if (std::holds_alternative<SeedWork>(data->work)) return 0.2;
-  if (std::holds_alternative<UndescribedKeyframe>(data->work)) return 0.2;
-  if (std::holds_alternative<FocalWork>(data->work)) return 2;
-  return 1;
-}
-MappingResult::MappingResult(std::unique_ptr<Data> result_data) : data(std::move(result_data)) {}
-MappingResult::MappingResult(MappingResult&&) noexcept = default;
-MappingResult& MappingResult::operator=(MappingResult&&) noexcept = default;
-MappingResult::~MappingResult() = default;
 
 class Slam::Impl {
  public:
@@ -131,9 +62,9 @@ class Slam::Impl {
   int epoch() const { return epoch_; }
 
  private:
-  std::optional<UndescribedKeyframe> undescribed_keyframe() const;
+  std::optional<slam::UndescribedKeyframe> undescribed_keyframe() const;
   std::optional<slam::LoopSearch> next_loop_search();
-  void close_loop(const SolvedGraph& graph);
+  void close_loop(const slam::SolvedGraph& graph);
   std::string reject(Time time, const GrayImageView& image) const;
   void initialise(const Frame& frame, TrackingResult* result);
   void begin(const slam::InitialMap& initial);
@@ -420,9 +351,9 @@ void Slam::Impl::reset(const std::string& reason) {
   ++counters_.restarts;
 }
 
-std::optional<UndescribedKeyframe> Slam::Impl::undescribed_keyframe() const {
+std::optional<slam::UndescribedKeyframe> Slam::Impl::undescribed_keyframe() const {
   for (auto k = map_.keyframes().rbegin(); k != map_.keyframes().rend(); ++k) {
-    if (!k->second.features) return UndescribedKeyframe{k->first, k->second.pyramid};
+    if (!k->second.features) return slam::UndescribedKeyframe{k->first, k->second.pyramid};
   }
   return std::nullopt;
 }
@@ -438,7 +369,7 @@ std::optional<MappingJob> Slam::Impl::take_job() {
   }
   if (map_.empty()) return std::nullopt;
   if (std::optional<slam::SeedSearch> search = mapper_.take_seed_search(map_)) {
-    data->work = SeedWork{camera_, options_, std::move(*search)};
+    data->work = slam::SeedWork{camera_, options_, std::move(*search)};
     return MappingJob(std::move(data));
   }
   if (bundle_wanted_) {
@@ -446,18 +377,18 @@ std::optional<MappingJob> Slam::Impl::take_job() {
     data->work = mapper_.bundle_problem(map_);
     return MappingJob(std::move(data));
   }
-  if (std::optional<UndescribedKeyframe> undescribed = undescribed_keyframe()) {
+  if (std::optional<slam::UndescribedKeyframe> undescribed = undescribed_keyframe()) {
     data->work = std::move(*undescribed);
     return MappingJob(std::move(data));
   }
   if (closure_) {
     slam::PoseGraph graph = slam::pose_graph_of(map_, *closure_);
-    data->work = GraphWork{std::move(*closure_), std::move(graph)};
+    data->work = slam::GraphWork{std::move(*closure_), std::move(graph)};
     closure_.reset();
     return MappingJob(std::move(data));
   }
   if (std::optional<slam::LoopSearch> search = next_loop_search()) {
-    data->work = LoopWork{camera_, options_, std::move(*search)};
+    data->work = slam::LoopWork{camera_, options_, std::move(*search)};
     return MappingJob(std::move(data));
   }
   if (keyframes_to_adjust_all_ <= 0) {
@@ -467,7 +398,7 @@ std::optional<MappingJob> Slam::Impl::take_job() {
   }
   if (keyframes_to_check_ > 0) return std::nullopt;
   keyframes_to_check_ = kFocalCheckKeyframes;
-  data->work = FocalWork{mapper_.focal_problem(map_)};
+  data->work = slam::FocalWork{mapper_.focal_problem(map_)};
   return MappingJob(std::move(data));
 }
 
@@ -481,7 +412,7 @@ std::optional<slam::LoopSearch> Slam::Impl::next_loop_search() {
   return std::nullopt;
 }
 
-void Slam::Impl::close_loop(const SolvedGraph& graph) {
+void Slam::Impl::close_loop(const slam::SolvedGraph& graph) {
   if (!graph.usable || map_.keyframe(graph.closure.keyframe_id) == nullptr) return;
   const slam::MapCorrection correction = slam::correction_by(graph.before, graph.solved, map_);
   mapper_.apply(correction, graph.closure, &map_);
@@ -493,16 +424,16 @@ void Slam::Impl::close_loop(const SolvedGraph& graph) {
 
 void Slam::Impl::apply(MappingResult result) {
   if (result.data == nullptr || result.data->epoch != epoch_) return;
-  if (const auto* adjusted = std::get_if<AdjustedBundle>(&result.data->result)) {
+  if (const auto* adjusted = std::get_if<slam::AdjustedBundle>(&result.data->result)) {
     motion_.correct(mapper_.apply(adjusted->problem, adjusted->solution, &map_));
-  } else if (auto* found = std::get_if<FoundSeeds>(&result.data->result)) {
+  } else if (auto* found = std::get_if<slam::FoundSeeds>(&result.data->result)) {
     mapper_.add_seeds(found->keyframe_id, std::move(found->seeds), &map_);
-  } else if (auto* described = std::get_if<DescribedKeyframe>(&result.data->result)) {
+  } else if (auto* described = std::get_if<slam::DescribedKeyframe>(&result.data->result)) {
     if (map_.keyframe(described->id) == nullptr) return;  // culled meanwhile
     map_.set_features(described->id, std::move(described->features));
-  } else if (auto* closure = std::get_if<std::optional<slam::LoopClosure>>(&result.data->result)) {
+  } else if (auto* closure = std::get_if<slam::FoundLoop>(&result.data->result)) {
     closure_ = std::move(*closure);
-  } else if (const auto* solved = std::get_if<SolvedGraph>(&result.data->result)) {
+  } else if (const auto* solved = std::get_if<slam::SolvedGraph>(&result.data->result)) {
     close_loop(*solved);
   } else if (const auto* check = std::get_if<slam::FocalCheck>(&result.data->result)) {
     if (!check->usable) return;
@@ -623,32 +554,5 @@ std::optional<MappingJob> Slam::take_job() { return impl_->take_job(); }
 void Slam::apply(MappingResult result) { impl_->apply(std::move(result)); }
 SlamStatistics Slam::statistics() const { return impl_->statistics(); }
 std::string Slam::warning() const { return impl_->warning(); }
-
-MappingResult Slam::run(MappingJob job) {
-  auto data = std::make_unique<MappingResult::Data>();
-  data->epoch = job.data->epoch;
-  if (auto* problem = std::get_if<slam::BundleProblem>(&job.data->work)) {
-    slam::BundleSolution solution = slam::adjust_bundle(*problem);
-    data->result = AdjustedBundle{std::move(*problem), std::move(solution)};
-  } else if (auto* seeds = std::get_if<SeedWork>(&job.data->work)) {
-    const int32_t id = seeds->search.keyframe_id;
-    data->result =
-        FoundSeeds{id, slam::find_seeds(seeds->camera, seeds->options, std::move(seeds->search))};
-  } else if (auto* undescribed = std::get_if<UndescribedKeyframe>(&job.data->work)) {
-    data->result = DescribedKeyframe{undescribed->id, slam::detect_features(undescribed->pyramid)};
-  } else if (auto* loop = std::get_if<LoopWork>(&job.data->work)) {
-    data->result = slam::find_loop(loop->camera, loop->options, loop->search);
-  } else if (auto* graph = std::get_if<GraphWork>(&job.data->work)) {
-    SolvedGraph solved{std::move(graph->closure), graph->graph, std::move(graph->graph)};
-    solved.usable = slam::optimize_pose_graph(&solved.solved).usable;
-    data->result = std::move(solved);
-  } else if (auto* focal = std::get_if<FocalWork>(&job.data->work)) {
-    data->result = slam::check_focal_length(std::move(focal->problem));
-  } else {
-    auto& attempt = std::get<slam::Initializer::Attempt>(job.data->work);
-    data->result = slam::Initializer::run(std::move(attempt));
-  }
-  return MappingResult(std::move(data));
-}
 
 }  // namespace foresight
