@@ -33,6 +33,7 @@ struct PortSpec {
   Domain domain = Domain::kRobot;
   double rate_hz = 0;  // expected; 0: on events
   const char* doc = "";
+  bool optional = false;  // of an input: nothing is missing if nobody publishes it
 };
 
 struct PortRecord {

@@ -62,6 +62,7 @@ void emit_port(YAML::Emitter& out, const PortRecord& port) {
   out << YAML::Key << "type" << YAML::Value << port.type;
   out << YAML::Key << "domain" << YAML::Value << to_string(port.spec.domain);
   if (port.spec.rate_hz > 0) out << YAML::Key << "rate_hz" << YAML::Value << port.spec.rate_hz;
+  if (port.spec.optional) out << YAML::Key << "optional" << YAML::Value << true;
   out << YAML::Key << "doc" << YAML::Value << port.spec.doc << YAML::EndMap << YAML::Block;
 }
 

@@ -177,7 +177,8 @@ def describe(site, process):
 
 
 def unfed_inputs(site, descriptions):
-    """One line for each subscription that nobody publishes, or publishes as another type."""
+    """One line for each subscription that nobody publishes, unless it is optional, or that is
+    published as another type."""
     published = {(domain, channel): "any" for domain in site.external
                  for channel in site.external[domain]}
     for description in descriptions.values():
@@ -190,8 +191,8 @@ def unfed_inputs(site, descriptions):
         for port in description["inputs"]:
             source = published.get((port["domain"], port["channel"]))
             what = f"{name} listens to {port['channel']} ({port['domain']} domain)"
-            if source is None:
+            if source is None and not port.get("optional"):
                 problems.append(f"{what}, which nobody publishes")
-            elif "any" not in (source, port["type"]) and source != port["type"]:
+            elif source and "any" not in (source, port["type"]) and source != port["type"]:
                 problems.append(f"{what} as {port['type']}, which is published as {source}")
     return problems

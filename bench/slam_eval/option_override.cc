@@ -34,6 +34,7 @@ const std::map<std::string, Member>& members() {
       {"bundle_max_fixed", &SlamOptions::bundle_max_fixed},
       {"bundle_iterations", &SlamOptions::bundle_iterations},
       {"bundle_outlier_px", &SlamOptions::bundle_outlier_px},
+      {"adjust_all_keyframes", &SlamOptions::adjust_all_keyframes},
       {"close_loops", &SlamOptions::close_loops},
       {"delta_threshold_px", &SlamOptions::delta_threshold_px},
       {"relocalise_min_quality", &SlamOptions::relocalise_min_quality},

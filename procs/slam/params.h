@@ -30,6 +30,11 @@ struct SlamParams {
        .doc = "distance between keyframes as a share of the scene's depth"});
     v("bundle_keyframes", options.bundle_keyframes,
       {.unit = "1", .min = 3, .max = 50, .doc = "keyframes adjusted together"});
+    v("adjust_all_keyframes", options.adjust_all_keyframes,
+      {.unit = "1",
+       .min = 0,
+       .max = 1000,
+       .doc = "keyframes from one adjustment of the whole map to the next; 0: only after loops"});
     v("close_loops", options.close_loops,
       {.doc = "recognise places and spread the drift since: the map may jump a little"});
     v("min_quality", options.min_quality,

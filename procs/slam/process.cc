@@ -28,8 +28,8 @@ SlamProcess::SlamProcess(Node& node, const SlamParams& params)
       {.channel = "SLAM_COMMAND", .doc = "orders: save, load or reset the map"}, Queue::kAll,
       [this](const slam_command_t& m) { on_command(m); });
   node.subscribe<pose_hint_t>(
-      {.channel = "POSE_HINT", .doc = "where the arm says that the camera is"}, Queue::kLatest,
-      [this](const pose_hint_t& m) { on_hint(m); });
+      {.channel = "POSE_HINT", .doc = "where the arm says that the camera is", .optional = true},
+      Queue::kLatest, [this](const pose_hint_t& m) { on_hint(m); });
   node.subscribe<snapshot_request_t>(
       {.channel = "SNAPSHOT_REQUEST", .doc = "asks for the whole map"}, Queue::kAll,
       [this](const snapshot_request_t& m) { on_request(m); });

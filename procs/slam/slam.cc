@@ -25,10 +25,9 @@ using slam::TrackingAttempt;
 namespace {
 constexpr Duration kClockJump = seconds(1);  // older images than by that: the camera's clock is new
 constexpr Duration kHintAge = milliseconds(300);  // of a hint that is still of use
-constexpr int kRivalEvery = 5;           // doubtful images, from one look for rivals to the next
-constexpr double kRivalMargin = 0.15;    // of quality
-constexpr double kSamePlace = 0.1;       // depths, or radians: a better answer, but no other place
-constexpr int kAdjustAllKeyframes = 10;  // until all of the map is adjusted
+constexpr int kRivalEvery = 5;         // doubtful images, from one look for rivals to the next
+constexpr double kRivalMargin = 0.15;  // of quality
+constexpr double kSamePlace = 0.1;     // depths, or radians: a better answer, but no other place
 constexpr int kFirstFocalCheck = 5, kFocalCheckKeyframes = 12;  // keyframes until the next check
 // With the right focal length the factor came out within 0.03 of 1, the cost ratio at 0.98 to 1;
 // with one that is 20 % off, 0.14 and more away, at cost ratios of 0.3 to 0.72; a map too small to
@@ -102,9 +101,10 @@ class Slam::Impl {
   bool bundle_wanted_ = false;
   slam::PlaceIndex places_;
   std::deque<int32_t> unlooped_;  // keyframes that have not been compared with older ones
-  std::optional<slam::LoopClosure> closure_;           // recognised, not yet solved
-  int keyframes_to_adjust_all_ = kAdjustAllKeyframes;  // until the next adjustment of all
-  int keyframes_to_check_ = kFirstFocalCheck;          // of the focal length
+  std::optional<slam::LoopClosure> closure_;   // recognised, not yet solved
+  int keyframes_since_all_ = 0;                // were adjusted
+  bool adjust_all_wanted_ = false;             // a loop was closed
+  int keyframes_to_check_ = kFirstFocalCheck;  // of the focal length
   std::string reset_reason_;
   bool is_restored_ = false;  // the map was stored: never given up
   SlamStatistics counters_;
@@ -325,7 +325,7 @@ void Slam::Impl::accept(const Frame& frame, const TrackingAttempt& attempt,
   bundle_wanted_ = true;
   unlooped_.push_back(map_.newest_keyframe().id);
   --keyframes_to_check_;
-  --keyframes_to_adjust_all_;
+  ++keyframes_since_all_;
 }
 
 void Slam::Impl::reset(const std::string& reason) {
@@ -342,7 +342,8 @@ void Slam::Impl::reset(const std::string& reason) {
   unlooped_.clear();
   closure_.reset();
   hint_.reset();
-  keyframes_to_adjust_all_ = kAdjustAllKeyframes;
+  keyframes_since_all_ = 0;
+  adjust_all_wanted_ = false;
   keyframes_to_check_ = kFirstFocalCheck;
   counters_.focal_factor = counters_.focal_cost_ratio = 1;
   reset_reason_ = reason;
@@ -391,8 +392,10 @@ std::optional<MappingJob> Slam::Impl::take_job() {
     data->work = slam::LoopWork{camera_, options_, std::move(*search)};
     return MappingJob(std::move(data));
   }
-  if (keyframes_to_adjust_all_ <= 0) {
-    keyframes_to_adjust_all_ = kAdjustAllKeyframes;
+  const int every = options_.adjust_all_keyframes;
+  if (adjust_all_wanted_ || (every > 0 && keyframes_since_all_ >= every)) {
+    keyframes_since_all_ = 0;
+    adjust_all_wanted_ = false;
     data->work = mapper_.global_problem(map_);
     return MappingJob(std::move(data));
   }
@@ -419,7 +422,7 @@ void Slam::Impl::close_loop(const slam::SolvedGraph& graph) {
   motion_.correct(correction.at(map_.newest_keyframe().id));
   ++counters_.loops;
   unlooped_.clear();
-  keyframes_to_adjust_all_ = 0;
+  adjust_all_wanted_ = true;
 }
 
 void Slam::Impl::apply(MappingResult result) {

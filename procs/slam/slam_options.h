@@ -38,6 +38,7 @@ struct SlamOptions {
   double bundle_outlier_px = 2.5;  // observations off by more (at their level) are thrown out
 
   // --- loops
+  int adjust_all_keyframes = 10;  // from one adjustment of the whole map to the next; 0: only loops
   bool close_loops = true;  // recognise places, spread the drift, adjust everything
 
   // --- deltas

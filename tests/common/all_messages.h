@@ -25,6 +25,7 @@
 #include "foresight/mesh_t.hpp"
 #include "foresight/pendant_t.hpp"
 #include "foresight/port_health_t.hpp"
+#include "foresight/pose_hint_t.hpp"
 #include "foresight/sim_clock_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "foresight/snapshot_request_t.hpp"
@@ -42,8 +43,8 @@ using AllMessages =
     MessageList<alignment_t, arm_encoders_t, arm_torques_t, base_pose_t, camera_info_t,
                 camera_pose_t, carving_delta_t, controller_state_t, delta_header_t, device_state_t,
                 display_stats_t, health_t, image_t, joint_command_t, joint_state_t, link_flow_t,
-                link_stats_t, map_delta_t, mesh_t, pendant_t, port_health_t, sim_clock_t,
-                slam_command_t, snapshot_request_t, truth_t, view_t>;
+                link_stats_t, map_delta_t, mesh_t, pendant_t, port_health_t, pose_hint_t,
+                sim_clock_t, slam_command_t, snapshot_request_t, truth_t, view_t>;
 
 /// Calls call.operator()<Message>() for each type.
 template <class Call, class... Messages>

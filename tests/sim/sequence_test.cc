@@ -211,7 +211,7 @@ TEST_F(Sequence, ScattersPosesAndTellsTheScatteredOnes) {
 
 TEST_F(Sequence, ProgramRefusesABadTrackInOneLine) {
   const std::string out = (root_ / "out").string(), file = (root_ / "poses.txt").string();
-  std::ofstream(file) << "1 0 0 0 0 0 0 1\n# later\n1 0 0 0 0 0 0 1\n";
+  std::ofstream(file) << "1 0 0 0 0 0 0 1\n# later\n0.5 0 0 0 0 0 0 1\n";
   EXPECT_EQ(run(out + " --follow " + file), kExitConfig);
   ASSERT_EQ(lines(root_ / "output.txt").size(), 1u);
   EXPECT_NE(lines(root_ / "output.txt")[0].find("poses.txt: line 3: "), std::string::npos);

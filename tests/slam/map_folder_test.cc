@@ -186,7 +186,8 @@ TEST_F(MapFolderTest, IsNotBelievedWhenDamaged) {
   expect_refused("\nkeyframe 1 ", "\nkeyframe nan ");
   expect_refused("\ncamera ", "\nkeyframe 0 0 1 1 0 0 0 0 0 0\ncamera ");
   expect_refused("\nkeyframe 0 ", "\ncamera 0 320 240 1 1 1 1 0 0 0 0 0\nkeyframe 0 ");
-  expect_refused("\npoint 0 ", "\npoint -1 ");
+  const std::string first_point = "\npoint " + std::to_string(saved.points.front().id) + " ";
+  expect_refused(first_point, "\npoint -1 ");
   expect_refused("\npoint ", "\npoint -5 nan ");
   expect_refused("\npoint ", "\nthing ");
   expect_refused("\ncamera 0 640", "\ncamera 0 -640");

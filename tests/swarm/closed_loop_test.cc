@@ -54,7 +54,8 @@ TEST(ClosedLoop, AMinuteTwiceIsTheSameToTheLastByte) {
 }
 
 TEST(ClosedLoop, PredictsWhereTheCameraWillBeThoughTheBaseIsPushed) {
-  const auto r = evaluate(options(30, {"sim.base_motion=push"}), {.every = 60}, [](double) {});
+  // Long enough that the second after the push, which nobody can foresee, is less than 5 % of it.
+  const auto r = evaluate(options(40, {"sim.base_motion=push"}), {.every = 60}, [](double) {});
   ASSERT_GT(r.predicted_frames, 300);
   EXPECT_GT(r.first_aligned_s, 0);
   EXPECT_EQ(r.controller_faults, 0);
