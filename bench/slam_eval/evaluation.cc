@@ -131,6 +131,19 @@ void save(const Slam& slam, const Evaluation& e, const std::string& folder) {
   if (std::fclose(file) != 0) throw UnavailableError(path + ": cannot be written");
 }
 
+void note_times(const std::vector<double>& track_ms, const std::vector<double>& job_ms,
+                Evaluation* e) {
+  e->track_ms_median = quantile(track_ms, 0.5);
+  e->track_ms_p95 = quantile(track_ms, 0.95);
+  e->track_ms_max = quantile(track_ms, 1.0);
+  const auto tenth = static_cast<std::ptrdiff_t>((track_ms.size() + 9) / 10);
+  e->track_ms_first_tenth = quantile({track_ms.begin(), track_ms.begin() + tenth}, 0.5);
+  e->track_ms_last_tenth = quantile({track_ms.end() - tenth, track_ms.end()}, 0.5);
+  e->job_ms_median = quantile(job_ms, 0.5);
+  e->job_ms_max = quantile(job_ms, 1.0);
+  e->jobs = static_cast<int>(job_ms.size());
+}
+
 double median_over(const std::vector<Evaluation>& runs, double Evaluation::*member) {
   std::vector<double> values;
   for (const Evaluation& e : runs) values.push_back(e.*member);
@@ -190,15 +203,7 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
     }
   }
   e.frames = static_cast<int>(e.answers.size());
-  e.track_ms_median = quantile(track_ms, 0.5);
-  e.track_ms_p95 = quantile(track_ms, 0.95);
-  e.track_ms_max = quantile(track_ms, 1.0);
-  const auto tenth = static_cast<std::ptrdiff_t>((track_ms.size() + 9) / 10);
-  e.track_ms_first_tenth = quantile({track_ms.begin(), track_ms.begin() + tenth}, 0.5);
-  e.track_ms_last_tenth = quantile({track_ms.end() - tenth, track_ms.end()}, 0.5);
-  e.job_ms_median = quantile(job_ms, 0.5);
-  e.job_ms_max = quantile(job_ms, 1.0);
-  e.jobs = static_cast<int>(job_ms.size());
+  note_times(track_ms, job_ms, &e);
   e.peak_mb = peak_mb();
   e.statistics = slam.statistics();
   e.warning = slam.warning();

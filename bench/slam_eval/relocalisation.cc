@@ -1,6 +1,5 @@
 #include "bench/slam_eval/relocalisation.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include "bench/slam_eval/evaluation.h"
 #include "bench/slam_eval/score.h"
 #include "common/errors.h"
+#include "common/pose_alignment.h"
 
 namespace foresight {
 namespace {
@@ -21,36 +21,18 @@ constexpr double kHintOff_m = 0.03, kHintOff_deg = 2;
 constexpr double kNear_m = 0.1, kNear_deg = 7;     // views that are much like a keyframe's
 constexpr double kRange_m = 0.3, kRange_deg = 20;  // what is promised
 
-// The turn from the mean of the keyframes' turns, scale and place by least squares of their
-// positions: these alone do not tell the turn of a camera that hardly moved from its place.
 Similarity<World, Map> world_from_map(const StoredMap& map, const Sequence& mapped) {
-  std::vector<Eigen::Vector3d> in_map, in_world;
-  Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d map_middle = Eigen::Vector3d::Zero(), world_middle = map_middle;
+  std::vector<Pose<World, Cam>> in_world;
+  std::vector<Pose<Map, Cam>> in_map;
   for (const StoredMap::Keyframe& k : map.keyframes) {
     const auto truth = mapped.truth_at(k.time);
     if (!truth) continue;
-    in_map.push_back(k.map_from_cam.translation());
-    in_world.push_back(truth->translation());
-    map_middle += in_map.back();
-    world_middle += in_world.back();
-    turns += (truth->rotation() * k.map_from_cam.rotation().inverse()).toRotationMatrix();
+    in_world.push_back(*truth);
+    in_map.push_back(k.map_from_cam);
   }
-  const auto count = static_cast<double>(in_map.size());
-  if (count < 3) throw UnavailableError(mapped.name + ": its map has no truth to align to");
-  map_middle /= count;
-  world_middle /= count;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(turns, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
-  double along = 0, squared = 0;
-  for (size_t i = 0; i < in_map.size(); ++i) {
-    const Eigen::Vector3d from_middle = rotation * (in_map[i] - map_middle);
-    along += from_middle.dot(in_world[i] - world_middle);
-    squared += from_middle.squaredNorm();
-  }
-  const double scale = along / squared;
-  const Eigen::Vector3d shift = world_middle - scale * (rotation * map_middle);
-  return {scale, Eigen::Quaterniond(rotation), shift};
+  const auto aligned = align_poses(in_world, in_map);
+  if (!aligned) throw UnavailableError(mapped.name + ": its map has no truth to align to");
+  return *aligned;
 }
 
 double turned_deg(const Pose<World, Cam>& a, const Pose<World, Cam>& b) {

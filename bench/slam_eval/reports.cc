@@ -115,6 +115,22 @@ void print(const Evaluation& e) {
   print_transfer("the truth", e.truth_transfer);
 }
 
+namespace {
+
+void write_bins(const std::vector<QualityBin>& bins, std::ofstream* file) {
+  *file << ", \"quality_bins\": [";
+  for (size_t b = 0; b < bins.size(); ++b) {
+    *file << (b > 0 ? ", " : "") << "{\"from\": " << bins[b].from
+          << ", \"images\": " << bins[b].images
+          << ", \"error_m_median\": " << bins[b].error_m_median
+          << ", \"error_m_p95\": " << bins[b].error_m_p95
+          << ", \"wrong_by_5_cm\": " << bins[b].wrong_by_5_cm << "}";
+  }
+  *file << "]";
+}
+
+}  // namespace
+
 void write_json(const std::vector<Evaluation>& evaluations, const std::string& path) {
   std::ofstream file(path);
   file << "[\n";
@@ -168,15 +184,7 @@ void write_json(const std::vector<Evaluation>& evaluations, const std::string& p
     add("transfer_from_fit_m", e.transfer.from_fit_m);
     add("truth_transfer_from_fit_m", e.truth_transfer.from_fit_m);
     add("peak_mb", e.peak_mb);
-    file << ", \"quality_bins\": [";
-    for (size_t b = 0; b < e.quality_bins.size(); ++b) {
-      const QualityBin& bin = e.quality_bins[b];
-      file << (b > 0 ? ", " : "") << "{\"from\": " << bin.from << ", \"images\": " << bin.images
-           << ", \"error_m_median\": " << bin.error_m_median
-           << ", \"error_m_p95\": " << bin.error_m_p95
-           << ", \"wrong_by_5_cm\": " << bin.wrong_by_5_cm << "}";
-    }
-    file << "]";
+    write_bins(e.quality_bins, &file);
     file << "}" << (i + 1 < evaluations.size() ? ",\n" : "\n");
   }
   file << "]\n";

@@ -2,12 +2,12 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
 
+#include "common/pose_alignment.h"
 #include "procs/slam/geometry.h"
 
 namespace foresight::slam {
@@ -221,35 +221,15 @@ void judge_observations(const BundleProblem& problem, BundleSolution* solution) 
   solution->rms_px = inliers > 0 ? std::sqrt(squared_sum / static_cast<double>(inliers)) : 0;
 }
 
-// Moves the solution by the similarity that brings its keyframes closest to where they were: the
-// turn from the mean of their turns, scale and place by least squares.
+// Moves the solution by the similarity that brings its keyframes closest to where they were.
 void bring_back(const BundleProblem& problem, BundleSolution* solution) {
-  const size_t count = solution->keyframes.size();
-  if (!solution->usable || count < 2) return;
-  Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
-  Vector3d old_middle = Vector3d::Zero(), new_middle = old_middle;
-  for (size_t i = 0; i < count; ++i) {
-    const Pose<Map, Cam>& before = problem.keyframes[i].map_from_cam;
-    const Pose<Map, Cam>& after = solution->keyframes[i].map_from_cam;
-    turns += (before.rotation() * after.rotation().inverse()).toRotationMatrix();
-    old_middle += before.translation() / static_cast<double>(count);
-    new_middle += after.translation() / static_cast<double>(count);
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(turns, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
-  double along = 0, squared = 0;
-  for (size_t i = 0; i < count; ++i) {
-    const Vector3d arm =
-        rotation * (solution->keyframes[i].map_from_cam.translation() - new_middle);
-    along += arm.dot(problem.keyframes[i].map_from_cam.translation() - old_middle);
-    squared += arm.squaredNorm();
-  }
-  if (!(along > 0) || !(squared > 0)) return;
-  const double scale = along / squared;
-  const Similarity<Map, Map> back(scale, Eigen::Quaterniond(rotation),
-                                  old_middle - scale * (rotation * new_middle));
-  for (BundleKeyframe& k : solution->keyframes) k.map_from_cam = back * k.map_from_cam;
-  for (BundlePoint& p : solution->points) p.position_in_map = back * p.position_in_map;
+  std::vector<Pose<Map, Cam>> before, after;
+  for (const BundleKeyframe& k : problem.keyframes) before.push_back(k.map_from_cam);
+  for (const BundleKeyframe& k : solution->keyframes) after.push_back(k.map_from_cam);
+  const auto back = align_poses(before, after);
+  if (!back) return;
+  for (BundleKeyframe& k : solution->keyframes) k.map_from_cam = *back * k.map_from_cam;
+  for (BundlePoint& p : solution->points) p.position_in_map = *back * p.position_in_map;
 }
 
 }  // namespace
@@ -277,7 +257,7 @@ BundleSolution adjust_bundle(const BundleProblem& problem) {
     solution.points[i].position_in_map = points[i];
     solution.usable = solution.usable && points[i].allFinite();
   }
-  if (problem.floats) bring_back(problem, &solution);
+  if (problem.floats && solution.usable) bring_back(problem, &solution);
   judge_observations(problem, &solution);
   return solution;
 }

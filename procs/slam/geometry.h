@@ -14,6 +14,8 @@ namespace foresight::slam {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector7d = Eigen::Matrix<double, 7, 1>;
+using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
 inline Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -31,6 +33,12 @@ inline Eigen::Quaterniond rotation_from_vector(const Eigen::Vector3d& w) {
 template <class A>
 Pose<A, A> small_motion(const Vector6d& step) {
   return {rotation_from_vector(step.tail<3>()), step.head<3>()};
+}
+
+/// p ↦ e^σ R(w) p + v for step = (v, w, σ). Its derivative at 0 is [I, −[p]×, p].
+template <class A>
+Similarity<A, A> small_similarity(const Vector7d& step) {
+  return {std::exp(step[6]), rotation_from_vector(step.segment<3>(3)), step.head<3>()};
 }
 
 /// The motion repeated `factor` times (fractions allowed).

@@ -15,8 +15,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Vector7d = Eigen::Matrix<double, 7, 1>;
-using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
 constexpr int kSharedPoints = 10;     // so many: the two see the same and know it
 constexpr size_t kSideKeyframes = 6;  // of each side
@@ -121,17 +119,7 @@ std::optional<double> scale_between(const SlamMap& map, const Keyframe& keyframe
                                     const TrackingAttempt& placed, const SlamMap& old) {
   std::vector<double> ratios;
   for (const PointMatch& m : placed.inliers) {
-    double nearest_px = kSamePlace_px;
-    const Point* nearest = nullptr;
-    for (const int32_t id : keyframe.point_ids) {
-      const Point* point = map.point(id);
-      const double apart_px =
-          (point->observation_in(keyframe.id)->pixel - m.observation.pixel).norm();
-      if (apart_px < nearest_px) {
-        nearest_px = apart_px;
-        nearest = point;
-      }
-    }
+    const Point* nearest = point_near(map, keyframe, m.observation.pixel, kSamePlace_px);
     if (nearest == nullptr) continue;
     const double here = depth_in(keyframe.map_from_cam, nearest->position_in_map);
     const double there = depth_in(placed.map_from_cam, old.point(m.point_id)->position_in_map);
@@ -196,9 +184,7 @@ Similarity<Map, Map> refine(const std::vector<Sighting>& sightings,
     }
     const Vector7d step = information.ldlt().solve(-gradient);
     if (!step.allFinite()) return new_from_old;
-    const Similarity<Map, Map> motion(std::exp(step[6]), rotation_from_vector(step.segment<3>(3)),
-                                      step.head<3>());
-    new_from_old = motion * new_from_old;
+    new_from_old = small_similarity<Map>(step) * new_from_old;
     if (step.norm() < 1e-8) break;
   }
   return new_from_old;

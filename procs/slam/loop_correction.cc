@@ -66,21 +66,6 @@ class Builder {
   std::map<int32_t, int32_t> index_;
 };
 
-// The keyframe's own point nearest to a pixel.
-const Point* point_at(const SlamMap& map, const Keyframe& keyframe, const Eigen::Vector2d& pixel) {
-  const Point* nearest = nullptr;
-  double nearest_px = kSamePlace_px;
-  for (const int32_t id : keyframe.point_ids) {
-    const Point* point = map.point(id);
-    const double apart_px = (point->observation_in(keyframe.id)->pixel - pixel).norm();
-    if (apart_px < nearest_px) {
-      nearest_px = apart_px;
-      nearest = point;
-    }
-  }
-  return nearest;
-}
-
 bool at_same_depth(const Keyframe& keyframe, const Point& a, const Point& b) {
   const Pose<Cam, Map> cam_from_map = keyframe.map_from_cam.inverse();
   const double depth_a = (cam_from_map * a.position_in_map).z();
@@ -137,7 +122,7 @@ int fuse_points(const LoopClosure& closure, SlamMap* map) {
     if (keyframe == nullptr || old == nullptr || old->observation_in(keyframe->id) != nullptr) {
       continue;
     }
-    const Point* own = point_at(*map, *keyframe, seen.observation.pixel);
+    const Point* own = point_near(*map, *keyframe, seen.observation.pixel, kSamePlace_px);
     if (own != nullptr && at_same_depth(*keyframe, *old, *own)) {
       map->merge_points(old->id, own->id);
       ++fused;

@@ -40,7 +40,10 @@ FocalCheck do_work(FocalWork work) { return check_focal_length(std::move(work.pr
 double cost(const Initializer::Attempt&) { return 1; }
 double cost(const SeedWork&) { return 0.2; }
 double cost(const UndescribedKeyframe&) { return 0.2; }
-double cost(const BundleProblem& problem) { return problem.floats ? 2 : 1; }
+double cost(const BundleProblem& problem) {
+  constexpr size_t kLocal = 30;  // keyframes of a local one, those held fixed included
+  return problem.keyframes.size() > kLocal ? 2 : 1;
+}
 double cost(const LoopWork& work) {
   return 0.4 * static_cast<double>(work.search.old_sides.size());
 }

@@ -10,19 +10,9 @@ namespace foresight::slam {
 namespace {
 
 using Eigen::Vector3d;
-using Vector7d = Eigen::Matrix<double, 7, 1>;
-using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
 constexpr int kMaxIterations = 20;
 constexpr double kConverged = 1e-6;  // largest component of a step
-
-// A small similarity x ↦ e^σ R(w) x + v, step = (v, w, σ), before another one.
-template <class A, class B>
-Similarity<A, B> moved(const Vector7d& step, const Similarity<A, B>& s) {
-  const Similarity<A, A> motion(std::exp(step[6]), rotation_from_vector(step.segment<3>(3)),
-                                step.head<3>());
-  return motion * s;
-}
 
 Vector7d step_of(const Similarity<Cam, Cam>& s) {
   const Eigen::AngleAxisd turn(s.rotation());
@@ -134,7 +124,7 @@ PoseGraphReport optimize_pose_graph(PoseGraph* graph) {
       const int first = equations.first_of(i);
       if (first < 0) continue;
       PoseGraphVertex& v = graph->vertices[i];
-      v.cam_from_map = moved(Vector7d(step.segment<7>(first)), v.cam_from_map);
+      v.cam_from_map = small_similarity<Cam>(step.segment<7>(first)) * v.cam_from_map;
     }
     const double cost = cost_of(*graph);
     if (!(cost <= report.final_cost)) {  // past the minimum, or not a number

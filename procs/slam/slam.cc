@@ -210,13 +210,13 @@ void Slam::Impl::follow(const Frame& frame, TrackingResult* result) {
   }
   if (good_enough(tried)) {
     TrackingAttempt rival = rival_of(frame, tried);
-    if (rival.quality > tried.quality && same_place(rival, tried)) {
+    if (rival.quality > tried.quality) {
+      result->relocalised = !same_place(rival, tried);
       tried = std::move(rival);
-    } else if (rival.quality > tried.quality) {
-      tried = std::move(rival);
+    }
+    if (result->relocalised) {
       ++counters_.losses;
       ++counters_.relocalisations;
-      result->relocalised = true;
       good_frames_ = 0;
       motion_.forget();
     }
@@ -323,7 +323,7 @@ void Slam::Impl::accept(const Frame& frame, const TrackingAttempt& attempt,
   mapper_.insert_keyframe(frame, attempt, &map_);
   result->is_keyframe = true;
   bundle_wanted_ = true;
-  unlooped_.push_back(map_.newest_keyframe().id);
+  if (options_.close_loops) unlooped_.push_back(map_.newest_keyframe().id);
   --keyframes_to_check_;
   ++keyframes_since_all_;
 }
@@ -406,8 +406,8 @@ std::optional<MappingJob> Slam::Impl::take_job() {
 }
 
 std::optional<slam::LoopSearch> Slam::Impl::next_loop_search() {
-  while (options_.close_loops && !unlooped_.empty()) {
-    places_.follow(map_);
+  if (!unlooped_.empty()) places_.follow(map_);
+  while (!unlooped_.empty()) {
     const int32_t id = unlooped_.front();
     unlooped_.pop_front();
     if (auto search = slam::loop_search(map_, places_, id)) return search;

@@ -121,7 +121,7 @@ class Slam {
 
   /// The next piece of slow work, if there is any. Ask only while none is running.
   [[nodiscard]] std::optional<MappingJob> take_job();
-  [[nodiscard]] static MappingResult run(MappingJob job);  // pure; any thread; ≤ about 150 ms
+  [[nodiscard]] static MappingResult run(MappingJob job);  // pure; any thread; ≤ about 300 ms
   void apply(MappingResult result);  // tolerates a map that changed or restarted since
 
   SlamStatistics statistics() const;

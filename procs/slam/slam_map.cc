@@ -197,6 +197,19 @@ void SlamMap::validate() const {
   FORESIGHT_CHECK(observation_count == 0);
 }
 
+const Point* point_near(const SlamMap& map, const Keyframe& keyframe, const Eigen::Vector2d& pixel,
+                        double radius_px) {
+  const Point* nearest = nullptr;
+  for (const int32_t id : keyframe.point_ids) {
+    const Point* point = map.point(id);
+    const double apart_px = (point->observation_in(keyframe.id)->pixel - pixel).norm();
+    if (apart_px >= radius_px) continue;
+    radius_px = apart_px;
+    nearest = point;
+  }
+  return nearest;
+}
+
 std::map<int32_t, int> shared_point_counts(const SlamMap& map, const std::set<int32_t>& point_ids) {
   if (map.empty()) return {};
   std::vector<int> flat(static_cast<size_t>(map.newest_keyframe().id) + 1, 0);

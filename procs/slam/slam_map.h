@@ -119,6 +119,10 @@ class SlamMap {
   Touched touched_;
 };
 
+/// The point that the keyframe sees nearest to a pixel of its image; null if none is within radius.
+const Point* point_near(const SlamMap& map, const Keyframe& keyframe, const Eigen::Vector2d& pixel,
+                        double radius_px);
+
 /// How many of these points each keyframe sees.
 std::map<int32_t, int> shared_point_counts(const SlamMap& map, const std::set<int32_t>& point_ids);
 

@@ -39,7 +39,7 @@ struct SlamOptions {
 
   // --- loops
   int adjust_all_keyframes = 10;  // from one adjustment of the whole map to the next; 0: only loops
-  bool close_loops = true;  // recognise places, spread the drift, adjust everything
+  bool close_loops = true;        // recognise places, spread the drift, adjust everything
 
   // --- deltas
   double delta_threshold_px = 0.5;  // smaller moves, as seen in the image, are not sent again
