@@ -41,6 +41,15 @@ Similarity<A, A> small_similarity(const Vector7d& step) {
   return {std::exp(step[6]), rotation_from_vector(step.segment<3>(3)), step.head<3>()};
 }
 
+/// x ↦ T_new · scale · T_old⁻¹ x: what a camera saw at its old pose, seen so much larger from its
+/// new one.
+inline Similarity<Map, Map> between(const Pose<Map, Cam>& new_pose, double scale,
+                                    const Pose<Map, Cam>& old_pose) {
+  const Similarity<Map, Cam> map_from_scaled(scale, new_pose.rotation(), new_pose.translation());
+  const Pose<Cam, Map> inverse = old_pose.inverse();
+  return map_from_scaled * Similarity<Cam, Map>(1, inverse.rotation(), inverse.translation());
+}
+
 /// The motion repeated `factor` times (fractions allowed).
 template <class A>
 Pose<A, A> scaled_motion(const Pose<A, A>& motion, double factor) {

@@ -221,14 +221,6 @@ class LoopCandidate {
   }
 
  private:
-  // x ↦ T_old · scale · T_new⁻¹ x.
-  static Similarity<Map, Map> between(const Pose<Map, Cam>& in_old, double scale,
-                                      const Pose<Map, Cam>& in_new) {
-    const Similarity<Map, Cam> old_from_cam(scale, in_old.rotation(), in_old.translation());
-    const Pose<Cam, Map> inverse = in_new.inverse();
-    return old_from_cam * Similarity<Cam, Map>(1, inverse.rotation(), inverse.translation());
-  }
-
   void note(const Keyframe& keyframe, const TrackingAttempt& placed) {
     closure_.new_side.push_back(keyframe.id);
     for (const PointMatch& m : placed.inliers) {

@@ -131,6 +131,23 @@ double redundant_share(const SlamMap& map, const Keyframe& keyframe) {
   return static_cast<double>(redundant) / static_cast<double>(keyframe.point_ids.size());
 }
 
+// By how much the scene around each keyframe grew: median of its points' depths, new / old.
+std::vector<double> depth_growth(const BundleProblem& problem, const BundleSolution& solution) {
+  const auto depth = [](const BundleKeyframe& k, const BundlePoint& p) {
+    return (k.map_from_cam.inverse() * p.position_in_map).z();
+  };
+  std::vector<std::vector<double>> ratios(problem.keyframes.size());
+  for (const BundleObservation& o : problem.observations) {
+    const auto k = static_cast<size_t>(o.keyframe_index), p = static_cast<size_t>(o.point_index);
+    const double before = depth(problem.keyframes[k], problem.points[p]);
+    const double after = depth(solution.keyframes[k], solution.points[p]);
+    if (before > 0 && after > 0) ratios[k].push_back(after / before);
+  }
+  std::vector<double> growth;
+  for (std::vector<double>& of_keyframe : ratios) growth.push_back(median(of_keyframe, 1));
+  return growth;
+}
+
 // A point and those of its observations whose keyframes are in the problem, at these indices.
 void add_point(const Point& point, const std::map<int32_t, int32_t>& index,
                BundleProblem* problem) {
@@ -518,25 +535,27 @@ void Mapper::apply(const MapCorrection& correction, const LoopClosure& closure, 
 Similarity<Map, Map> Mapper::apply(const BundleProblem& problem, const BundleSolution& solution,
                                    SlamMap* map) {
   if (!solution.usable) return {};
-  std::map<int32_t, Pose<Map, Map>> moved;
-  for (const BundleKeyframe& k : solution.keyframes) {
+  const std::vector<double> growth = depth_growth(problem, solution);
+  MapCorrection moved;
+  for (size_t i = 0; i < solution.keyframes.size(); ++i) {
+    const BundleKeyframe& k = solution.keyframes[i];
     const Keyframe* keyframe = map->keyframe(k.id);
     if (keyframe == nullptr || (k.role == BundleRole::kFixed && !problem.floats)) continue;
-    moved[k.id] = k.map_from_cam * keyframe->map_from_cam.inverse();
+    moved[k.id] = between(k.map_from_cam, growth[i], keyframe->map_from_cam);
     map->move_keyframe(k.id, k.map_from_cam);
+    map->scale_depth(k.id, growth[i]);
+    seeds_.scale_keyframe(k.id, growth[i]);
   }
   carry_other_points(solution, moved, map);
   for (const BundlePoint& p : solution.points) {
     if (map->point(p.id) != nullptr) map->move_point(p.id, p.position_in_map);
   }
   remove_outliers(problem, solution, map);
-  if (moved.empty()) return {};
-  const Pose<Map, Map>& newest = moved.rbegin()->second;
-  return {1, newest.rotation(), newest.translation()};
+  return moved.empty() ? Similarity<Map, Map>() : moved.rbegin()->second;
 }
 
-void Mapper::carry_other_points(const BundleSolution& solution,
-                                const std::map<int32_t, Pose<Map, Map>>& moved, SlamMap* map) {
+void Mapper::carry_other_points(const BundleSolution& solution, const MapCorrection& moved,
+                                SlamMap* map) {
   std::set<int32_t> adjusted;
   for (const BundlePoint& p : solution.points) adjusted.insert(p.id);
   std::vector<std::pair<int32_t, Vector3d>> carried;

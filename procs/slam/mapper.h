@@ -74,8 +74,8 @@ class Mapper {
   void remove_keyframe(int32_t id, SlamMap* map);
   double wanted_baseline(const SlamMap& map, double depth) const;
   /// Points that were not in the problem move with their source keyframe.
-  static void carry_other_points(const BundleSolution& solution,
-                                 const std::map<int32_t, Pose<Map, Map>>& moved, SlamMap* map);
+  static void carry_other_points(const BundleSolution& solution, const MapCorrection& moved,
+                                 SlamMap* map);
   static void remove_outliers(const BundleProblem& problem, const BundleSolution& solution,
                               SlamMap* map);
 
