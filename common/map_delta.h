@@ -23,6 +23,7 @@ struct MapKeyframe {
 struct MapPoint {
   int32_t id = 0;  // ≥ 0, never reused within an epoch
   Eigen::Vector3f position_in_map = Eigen::Vector3f::Zero();
+  float sigma_mu = 0;  // standard deviation of the position along the view; 0: not known
 };
 
 /// Keyframe `keyframe_id` saw point `point_id`: the segment between them is free space.

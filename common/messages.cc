@@ -168,9 +168,10 @@ std::vector<map_delta_t> split(const MapDelta& delta, size_t max_bytes) {
     m.keyframe_map_from_cam_position_mu.push_back({t.x(), t.y(), t.z()});
   }
   for (const MapPoint& p : delta.points_set) {
-    map_delta_t& m = writer.room(16);
+    map_delta_t& m = writer.room(20);
     m.point_ids.push_back(p.id);
     push_position(p.position_in_map, &m.point_positions_mu);
+    m.point_sigmas_mu.push_back(p.sigma_mu);
   }
   for (const MapObservation& o : delta.observations_added) {
     map_delta_t& m = writer.room(8);
@@ -190,6 +191,9 @@ bool append(const map_delta_t& part, MapDelta* delta) {
         &part.observation_keyframe_ids, &part.observation_point_ids}) {
     if (!all_non_negative(*ids)) return false;
   }
+  const auto is_sigma = [](float sigma) { return std::isfinite(sigma) && sigma >= 0; };
+  if (!std::all_of(part.point_sigmas_mu.begin(), part.point_sigmas_mu.end(), is_sigma))
+    return false;
   std::vector<MapKeyframe> keyframes;
   for (int32_t i = 0; i < part.n_keyframes; ++i) {
     const auto q = read_rotation(part.keyframe_map_from_cam_quat_wxyz[i].data());
@@ -209,7 +213,8 @@ bool append(const map_delta_t& part, MapDelta* delta) {
   extend(&delta->points_removed, part.removed_point_ids);
   extend(&delta->keyframes_removed, part.removed_keyframe_ids);
   for (int32_t i = 0; i < part.n_points; ++i) {
-    delta->points_set.push_back({part.point_ids[i], position_at(part.point_positions_mu, i)});
+    delta->points_set.push_back({part.point_ids[i], position_at(part.point_positions_mu, i),
+                                 part.point_sigmas_mu[static_cast<size_t>(i)]});
   }
   for (int32_t i = 0; i < part.n_observations; ++i) {
     delta->observations_added.push_back(

@@ -28,6 +28,7 @@ int32_t nearest_keyframe(const std::map<int32_t, Time>& times, Time time) {
 // has the depth of the object in front, but may lie a few pixels outside of it.
 struct Compared {
   double depth_mu;
+  double sigma_mu;
   std::vector<double> measured_m;
 };
 
@@ -73,11 +74,13 @@ DepthCheck summarise(const std::vector<Compared>& compared) {
     if (std::abs(error) < 0.05) ++check.within_5_percent;
     if (std::abs(error) < 0.1) ++check.within_10_percent;
     if (error < -0.1) ++check.in_front_10_percent;
+    if (std::abs(error) * c.depth_mu < 2 * c.sigma_mu) ++check.within_2_sigma;
     errors.push_back(std::abs(error));
   }
   check.within_5_percent /= static_cast<double>(errors.size());
   check.within_10_percent /= static_cast<double>(errors.size());
   check.in_front_10_percent /= static_cast<double>(errors.size());
+  check.within_2_sigma /= static_cast<double>(errors.size());
   check.median_error_percent = 100 * median(errors);
   return check;
 }
@@ -87,10 +90,8 @@ DepthCheck summarise(const std::vector<Compared>& compared) {
 DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
                        const std::map<int32_t, Time>& keyframe_times,
                        const std::map<Time, Pose<Map, Cam>>& live_poses) {
-  std::map<int32_t, Eigen::Vector3d> point_in_map;
-  for (const MapPoint& p : snapshot.points_set) {
-    point_in_map[p.id] = p.position_in_map.cast<double>();
-  }
+  std::map<int32_t, MapPoint> points;
+  for (const MapPoint& p : snapshot.points_set) points[p.id] = p;
   std::map<int32_t, std::vector<int32_t>> seen_by;
   for (const MapObservation& o : snapshot.observations_added) {
     seen_by[o.keyframe_id].push_back(o.point_id);
@@ -104,10 +105,12 @@ DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
     if (depth.empty() || depth.type() != CV_16UC1) continue;
     const Pose<Cam, Map> cam_from_map = live->second.inverse();
     for (const int32_t id : seen_by[keyframe]) {
-      const Eigen::Vector3d p = cam_from_map * point_in_map.at(id);
+      const MapPoint& point = points.at(id);
+      const Eigen::Vector3d p = cam_from_map * point.position_in_map.cast<double>();
       if (p.z() <= 0 || !sequence.camera.in_image(sequence.camera.project(p), kPatchRadius_px + 1))
         continue;
-      Compared c{p.z(), depths_around(depth, sequence.camera.project(p), sequence.depth_scale)};
+      Compared c{p.z(), static_cast<double>(point.sigma_mu),
+                 depths_around(depth, sequence.camera.project(p), sequence.depth_scale)};
       if (!c.measured_m.empty()) compared.push_back(std::move(c));
     }
   }

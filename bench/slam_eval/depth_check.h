@@ -18,6 +18,7 @@ struct DepthCheck {
   double within_10_percent = 0;
   double in_front_10_percent = 0;   // share: floats in free space; ruins a carved model
   double median_error_percent = 0;  // absolute, of depth
+  double within_2_sigma = 0;        // share of the compared, by the points' own uncertainty
   double metres_per_mu = 0;
 };
 

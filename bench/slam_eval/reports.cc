@@ -102,9 +102,10 @@ void print(const Evaluation& e) {
   if (e.depth.compared == 0) return;
   std::printf(
       "  depth of %d points: median error %.2f %%, %.1f %% within 5 %%, %.1f %% within 10 %%, "
-      "%.1f %% float more than 10 %% in front\n",
+      "%.1f %% float more than 10 %% in front, %.1f %% within 2 of their sigmas\n",
       e.depth.compared, e.depth.median_error_percent, 100 * e.depth.within_5_percent,
-      100 * e.depth.within_10_percent, 100 * e.depth.in_front_10_percent);
+      100 * e.depth.within_10_percent, 100 * e.depth.in_front_10_percent,
+      100 * e.depth.within_2_sigma);
   if (e.transfer.pairs == 0) return;
   std::printf("  over 0.5 s, against the pose that fits %d depth images best:\n", e.transfer.pairs);
   const auto print_transfer = [](const char* whose, const DepthTransfer& t) {
@@ -179,6 +180,7 @@ void write_json(const std::vector<Evaluation>& evaluations, const std::string& p
     add("depth_within_5_percent", e.depth.within_5_percent);
     add("depth_within_10_percent", e.depth.within_10_percent);
     add("depth_in_front_10_percent", e.depth.in_front_10_percent);
+    add("depth_within_2_sigma", e.depth.within_2_sigma);
     add("transfer_px", e.transfer.px);
     add("truth_transfer_px", e.truth_transfer.px);
     add("transfer_from_fit_m", e.transfer.from_fit_m);

@@ -7,8 +7,8 @@
 #include <set>
 
 #include "procs/slam/geometry.h"
-#include "procs/slam/relocalizer.h"
 #include "procs/slam/tracker.h"
+#include "procs/slam/view_candidates.h"
 
 namespace foresight::slam {
 namespace {

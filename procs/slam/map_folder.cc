@@ -149,6 +149,20 @@ void write_points(const StoredMap& map, const fs::path& path) {
   file.close();
 }
 
+void write_trajectory(const StoredMap& map, const fs::path& path) {
+  Writer file(path);
+  file.line("# time tx ty tz qx qy qz qw");
+  for (const StoredMap::Keyframe& k : map.keyframes) {
+    char time[40];
+    std::snprintf(time, sizeof time, "%lld.%06lld", static_cast<long long>(k.time.us / 1'000'000),
+                  static_cast<long long>(k.time.us % 1'000'000));
+    const Eigen::Quaterniond& q = k.map_from_cam.rotation();
+    const Eigen::Vector3d& t = k.map_from_cam.translation();
+    file.line(time, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  file.close();
+}
+
 // COLMAP's text has the inverse poses; ours go here, so that they come back bit by bit.
 void write_extra(const StoredMap& map, const fs::path& path) {
   Writer file(path);
@@ -194,6 +208,7 @@ void write_parts(const StoredMap& map, const fs::path& part) {
   write_cameras(map.camera, part / "cameras.txt");
   write_images(map, places_of(map), part / "images.txt");
   write_points(map, part / "points3D.txt");
+  write_trajectory(map, part / "trajectory.txt");
   write_extra(map, part / "foresight.txt");
 }
 

@@ -3,6 +3,8 @@
 //
 //   cameras.txt, images.txt, points3D.txt   COLMAP (ids + 1; pixels + 0.5; positions in map units)
 //   images/<keyframe id>.png                gray, lossless
+//   trajectory.txt                          the keyframes' poses in TUM's format (camera to map):
+//                                           "time tx ty tz qx qy qz qw", s and map units
 //   foresight.txt                           depths, times, levels, sources, histories
 //
 // Numbers are written so that reading gives the same bits: a map that is loaded tracks as the one

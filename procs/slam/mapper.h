@@ -1,6 +1,5 @@
 // Grows and cleans the map on the main thread: when to make a keyframe, what goes into it, new
-// points from mature seeds, probation and culling, and the bundle adjustment problem around the
-// newest keyframe.
+// points from mature seeds, probation and culling. What is adjusted together: map_adjustment.h.
 #pragma once
 
 #include <deque>
@@ -9,22 +8,16 @@
 #include <utility>
 #include <vector>
 
-#include "procs/slam/bundle_adjustment.h"
 #include "procs/slam/depth_seeds.h"
+#include "procs/slam/frame.h"
 #include "procs/slam/initializer.h"
 #include "procs/slam/loop_correction.h"
+#include "procs/slam/map_adjustment.h"
 #include "procs/slam/slam_map.h"
 #include "procs/slam/slam_options.h"
 #include "procs/slam/tracker.h"
 
 namespace foresight::slam {
-
-/// An image with what tracking needs of it.
-struct Frame {
-  Time time;
-  ImagePyramid pyramid;
-  Thumbnail thumbnail;
-};
 
 class Mapper {
  public:
@@ -43,12 +36,6 @@ class Mapper {
   std::optional<SeedSearch> take_seed_search(const SlamMap& map);
   void add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map);
 
-  /// The newest keyframe, those that share most with it, and their points.
-  BundleProblem bundle_problem(const SlamMap& map) const;
-  /// Keyframes spread over the whole map and some of their points, for check_focal_length().
-  BundleProblem focal_problem(const SlamMap& map) const;
-  /// All keyframes and the points that tie them together best, for when there is nothing to do.
-  BundleProblem global_problem(const SlamMap& map) const;
   /// Returns how the map moved around the newest adjusted keyframe.
   Similarity<Map, Map> apply(const BundleProblem& problem, const BundleSolution& solution,
                              SlamMap* map);
@@ -56,7 +43,6 @@ class Mapper {
   void apply(const MapCorrection& correction, const LoopClosure& closure, SlamMap* map);
 
  private:
-  std::vector<int32_t> bundle_window(const SlamMap& map) const;
   Observation second_observation(const SlamMap& map, int32_t point_id,
                                  const Eigen::Vector2d& followed_px) const;
   SeedSearch seed_search(int32_t keyframe_id, const SlamMap& map) const;
@@ -73,11 +59,6 @@ class Mapper {
   void cull_keyframes(SlamMap* map);
   void remove_keyframe(int32_t id, SlamMap* map);
   double wanted_baseline(const SlamMap& map, double depth) const;
-  /// Points that were not in the problem move with their source keyframe.
-  static void carry_other_points(const BundleSolution& solution, const MapCorrection& moved,
-                                 SlamMap* map);
-  static void remove_outliers(const BundleProblem& problem, const BundleSolution& solution,
-                              SlamMap* map);
 
   CameraModel camera_;
   SlamOptions options_;

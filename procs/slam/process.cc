@@ -1,5 +1,6 @@
 #include "procs/slam/process.h"
 
+#include <cstdio>
 #include <exception>
 
 #include "common/image_codec.h"
@@ -7,6 +8,9 @@
 #include "procs/slam/map_folder.h"
 
 namespace foresight {
+namespace {
+constexpr Duration kRelocalisedShown = seconds(3);  // in the health, which comes once a second
+}
 
 SlamProcess::SlamProcess(Node& node, const SlamParams& params)
     : node_(node),
@@ -241,6 +245,17 @@ bool SlamProcess::start_file_job() {
       seconds(1));
 }
 
+void SlamProcess::note_relocalisation(const TrackingResult& result) {
+  if (result.relocalised) {
+    char text[48];
+    std::snprintf(text, sizeof text, "relocalised after %.1f s", result.lost_s);
+    relocalised_ = text;
+    relocalised_at_ = node_.now();
+  } else if (node_.now() - relocalised_at_ > kRelocalisedShown) {
+    relocalised_.clear();
+  }
+}
+
 void SlamProcess::publish_health(const TrackingResult& result) {
   const SlamStatistics s = slam_->statistics();
   node_.set_metric("keyframes", s.keyframes);
@@ -255,10 +270,12 @@ void SlamProcess::publish_health(const TrackingResult& result) {
     if (file_trouble_.empty()) return reason;
     return reason.empty() ? file_trouble_ : reason + "; " + file_trouble_;
   };
+  note_relocalisation(result);
   switch (result.state) {
     case TrackingState::kTracking: {
-      const std::string reason = with_trouble(slam_->warning());
-      return node_.set_state(reason.empty() ? ProcessState::kOk : ProcessState::kDegraded, reason);
+      const std::string trouble = with_trouble(slam_->warning());
+      if (!trouble.empty()) return node_.set_state(ProcessState::kDegraded, trouble);
+      return node_.set_state(ProcessState::kOk, relocalised_);
     }
     case TrackingState::kInitialising:
       return node_.set_state(ProcessState::kWaiting,

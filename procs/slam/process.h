@@ -47,6 +47,7 @@ class SlamProcess : public Process {
   void report_trouble(const std::string& trouble);
   void drop_loads();
   void publish_delta();
+  void note_relocalisation(const TrackingResult& result);
   void publish_health(const TrackingResult& result);
 
   Node& node_;
@@ -62,6 +63,8 @@ class SlamProcess : public Process {
   bool epoch_is_sent_ = false;
   Time data_time_, last_image_, last_view_;  // the camera's clock
   Time last_arrival_, last_rejection_;       // ours
+  Time relocalised_at_;                      // ours
+  std::string relocalised_;                  // what the health says of it for a while; or empty
   std::string rejection_;
   std::optional<StoredMap> start_map_;  // params' map_folder, until its camera comes
   struct FileOrder {

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <iterator>
 
+#include "procs/slam/point_uncertainty.h"
+
 namespace foresight::slam {
 namespace {
+
+constexpr float kOtherCertainty = 1.5F;  // ratio of standard deviations that is worth a message
 
 std::vector<int32_t> keyframes_of(const Point& point) {
   std::vector<int32_t> ids;
@@ -70,9 +74,14 @@ void PublishedMap::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
   const bool is_new = sent == points_.end();
   const Keyframe& source = *map.keyframe(point->source.keyframe_id);
   const double distance = (point->position_in_map - source.map_from_cam.translation()).norm();
-  if (is_new || (position - known.position_in_map).norm() > threshold_rad() * distance) {
-    known.position_in_map = position;
-    delta->points_set.push_back({id, position});
+  const auto sigma = static_cast<float>(position_sigma(map, *point));
+  const bool moved = (position - known.position_in_map).norm() > threshold_rad() * distance;
+  const bool as_certain =
+      sigma < kOtherCertainty * known.sigma_mu && known.sigma_mu < kOtherCertainty * sigma;
+  if (is_new || moved || !as_certain) {
+    if (is_new || moved) known.position_in_map = position;
+    known.sigma_mu = sigma;
+    delta->points_set.push_back({id, known.position_in_map, sigma});
   }
   std::vector<int32_t> keyframe_ids = keyframes_of(*point);
   for (const int32_t k : without(keyframe_ids, known.keyframe_ids)) {
@@ -88,7 +97,7 @@ MapDelta PublishedMap::snapshot() const {
   MapDelta all;
   for (const auto& [id, keyframe] : keyframes_) all.keyframes_set.push_back(keyframe);
   for (const auto& [id, point] : points_) {
-    all.points_set.push_back({id, point.position_in_map});
+    all.points_set.push_back({id, point.position_in_map, point.sigma_mu});
     for (const int32_t k : point.keyframe_ids) all.observations_added.push_back({k, id});
   }
   std::sort(all.observations_added.begin(), all.observations_added.end());

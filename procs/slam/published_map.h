@@ -24,6 +24,7 @@ class PublishedMap {
  private:
   struct SentPoint {
     Eigen::Vector3f position_in_map;
+    float sigma_mu = 0;
     std::vector<int32_t> keyframe_ids;  // sorted
   };
   void take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta);

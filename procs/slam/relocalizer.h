@@ -1,40 +1,52 @@
-// Where could a lost camera be? Poses to try, the most likely first. Nothing here is believed until
-// track_points() has found enough of the map from there.
+// Finds a lost camera in its map, and doubts a camera that may only seem to be placed: candidates
+// come cheapest first, each has to be confirmed by enough of the map (docs/algorithms/slam.md,
+// step 18).
 #pragma once
 
 #include <optional>
 #include <vector>
 
-#include "common/camera_model.h"
-#include "common/frames.h"
+#include "procs/slam/frame.h"
 #include "procs/slam/place_index.h"
 #include "procs/slam/slam_map.h"
+#include "procs/slam/slam_options.h"
+#include "procs/slam/tracker.h"
+#include "procs/slam/view_candidates.h"
 
 namespace foresight::slam {
 
-/// The pose that fits an image's features best if they are matched with the points of one keyframe
-/// (perspective-n-point after seeded RANSAC). Needs the keyframe's features.
-std::optional<Pose<Map, Cam>> matched_view(const CameraModel& camera, const SlamMap& map,
-                                           const Features& image, const Keyframe& keyframe);
-
 class Relocalizer {
  public:
-  explicit Relocalizer(const CameraModel& camera);
+  Relocalizer(const CameraModel& camera, const SlamOptions& options);
 
-  /// Keyframes whose thumbnails look most like this one, turned to match it: cheap, for views near
-  /// a keyframe.
-  std::vector<Pose<Map, Cam>> similar_views(const SlamMap& map, const Thumbnail& thumbnail) const;
-
-  /// Poses from features matched with the points of a few keyframes (those that look most alike
-  /// first, others at each call) and perspective-n-point: about 30 ms, for other view points.
-  std::vector<Pose<Map, Cam>> matched_views(const SlamMap& map, const PlaceIndex& places,
-                                            const ImagePyramid& pyramid);
+  /// Where the camera should be at about this time; of use for a fraction of a second.
+  void hint(Time time, const Pose<Map, Cam>& map_from_cam) { hint_ = {time, map_from_cam}; }
+  /// The best attempt to place the image, good enough or not: at the hint, where it was predicted,
+  /// at similar keyframes, then by features.
+  TrackingAttempt find(const SlamMap& map, PlaceIndex& places, const Frame& frame,
+                       const Pose<Map, Cam>& predicted);
+  /// Whether that is enough to end a loss: more than it takes to go on tracking.
+  bool accepts(const TrackingAttempt& attempt) const;
+  /// Another place that claims an image with far more points than it was placed with; quality 0 if
+  /// there is none. Looks now and then only, and when the image's quality is doubtful.
+  TrackingAttempt rival(const SlamMap& map, const Frame& frame, const TrackingAttempt& placed);
   /// After a success: the next loss starts with the most similar keyframes again.
-  void restart() { next_rank_ = 0; }
+  void restart() { candidates_.restart(); }
 
  private:
-  CameraModel camera_, thumbnail_camera_;
-  size_t next_rank_ = 0;
+  TrackingAttempt best_attempt(const SlamMap& map, const Frame& frame,
+                               const std::vector<Pose<Map, Cam>>& poses) const;
+
+  struct Hint {
+    Time time;
+    Pose<Map, Cam> map_from_cam;
+  };
+
+  CameraModel camera_;
+  SlamOptions options_;
+  ViewCandidates candidates_;
+  std::optional<Hint> hint_;
+  int doubtful_frames_ = 0;  // in a row
 };
 
 }  // namespace foresight::slam

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "procs/slam/loop_correction.h"
+#include "procs/slam/map_adjustment.h"
+#include "procs/slam/map_storage.h"
 #include "procs/slam/mapper.h"
 #include "procs/slam/mapping_work.h"
 #include "procs/slam/motion_model.h"
@@ -24,10 +26,7 @@ using slam::TrackingAttempt;
 
 namespace {
 constexpr Duration kClockJump = seconds(1);  // older images than by that: the camera's clock is new
-constexpr Duration kHintAge = milliseconds(300);  // of a hint that is still of use
-constexpr int kRivalEvery = 5;         // doubtful images, from one look for rivals to the next
-constexpr double kRivalMargin = 0.15;  // of quality
-constexpr double kSamePlace = 0.1;     // depths, or radians: a better answer, but no other place
+constexpr double kSamePlace = 0.1;  // depths, or radians: a better answer, but no other place
 constexpr int kFirstFocalCheck = 5, kFocalCheckKeyframes = 12;  // keyframes until the next check
 // With the right focal length the factor came out within 0.03 of 1, the cost ratio at 0.98 to 1;
 // with one that is 20 % off, 0.14 and more away, at cost ratios of 0.3 to 0.72; a map too small to
@@ -43,7 +42,7 @@ class Slam::Impl {
         initializer_(camera_, options),
         mapper_(camera_, options),
         motion_(camera_),
-        relocalizer_(camera_),
+        relocalizer_(camera_, options),
         deltas_(camera_, options) {}
 
   TrackingResult track(Time time, const GrayImageView& image);
@@ -52,10 +51,12 @@ class Slam::Impl {
   void apply(MappingResult result);
   SlamStatistics statistics() const;
   std::string warning() const;
-  StoredMap stored_map() const;
+  StoredMap stored_map() const { return slam::store(map_, camera_); }
   void restore(const StoredMap& stored);
 
-  void hint(Time time, const Pose<Map, Cam>& map_from_cam) { hint_ = {time, map_from_cam}; }
+  void hint(Time time, const Pose<Map, Cam>& map_from_cam) {
+    relocalizer_.hint(time, map_from_cam);
+  }
   slam::PublishedMap& deltas() { return deltas_; }
   slam::SlamMap& map() { return map_; }
   int epoch() const { return epoch_; }
@@ -70,11 +71,8 @@ class Slam::Impl {
   void follow(const Frame& frame, TrackingResult* result);
   void search_again(const Frame& frame, TrackingResult* result);
   bool good_enough(const TrackingAttempt& attempt) const;
-  TrackingAttempt rival_of(const Frame& frame, const TrackingAttempt& tried);
   bool same_place(const TrackingAttempt& a, const TrackingAttempt& b) const;
-  bool good_to_relocalise(const TrackingAttempt& attempt) const;
   TrackingAttempt attempt(const Frame& frame, const Pose<Map, Cam>& pose, SearchWidth width) const;
-  TrackingAttempt best_attempt(const Frame& frame, const std::vector<Pose<Map, Cam>>& poses) const;
   void accept(const Frame& frame, const TrackingAttempt& attempt, TrackingResult* result);
   void report(const TrackingAttempt& attempt, TrackingResult* result) const;
   void count_found(const TrackingAttempt& attempt);
@@ -91,13 +89,7 @@ class Slam::Impl {
   TrackingState state_ = TrackingState::kInitialising;
   std::optional<Time> last_time_;
   Time lost_since_;
-  struct Hint {
-    Time time;
-    Pose<Map, Cam> map_from_cam;
-  };
-  std::optional<Hint> hint_;
-  int good_frames_ = 0;      // in a row
-  int doubtful_frames_ = 0;  // in a row
+  int good_frames_ = 0;  // in a row
   bool bundle_wanted_ = false;
   slam::PlaceIndex places_;
   std::deque<int32_t> unlooped_;  // keyframes that have not been compared with older ones
@@ -183,11 +175,6 @@ bool Slam::Impl::good_enough(const TrackingAttempt& attempt) const {
          attempt.inliers.size() >= static_cast<size_t>(options_.min_found_points);
 }
 
-bool Slam::Impl::good_to_relocalise(const TrackingAttempt& attempt) const {
-  return attempt.quality >= options_.relocalise_min_quality &&
-         attempt.inliers.size() >= static_cast<size_t>(options_.relocalise_min_inliers);
-}
-
 TrackingAttempt Slam::Impl::attempt(const Frame& frame, const Pose<Map, Cam>& pose,
                                     SearchWidth width) const {
   return slam::track_points(camera_, map_, frame.pyramid, pose, width, options_);
@@ -209,7 +196,7 @@ void Slam::Impl::follow(const Frame& frame, TrackingResult* result) {
     if (wide.quality > tried.quality) tried = std::move(wide);
   }
   if (good_enough(tried)) {
-    TrackingAttempt rival = rival_of(frame, tried);
+    TrackingAttempt rival = relocalizer_.rival(map_, frame, tried);
     if (rival.quality > tried.quality) {
       result->relocalised = !same_place(rival, tried);
       tried = std::move(rival);
@@ -232,54 +219,20 @@ void Slam::Impl::follow(const Frame& frame, TrackingResult* result) {
   search_again(frame, result);
 }
 
-// Few of the expected points: the image may be blurred, or it is of a place that merely looks like
-// the one before, after a cut or a jerk. Then another place claims it with far more points.
-TrackingAttempt Slam::Impl::rival_of(const Frame& frame, const TrackingAttempt& tried) {
-  if (tried.quality >= options_.doubtful_quality) {
-    doubtful_frames_ = 0;
-    return {};
-  }
-  if (doubtful_frames_++ % kRivalEvery != 0) return {};
-  TrackingAttempt rival = best_attempt(frame, relocalizer_.similar_views(map_, frame.thumbnail));
-  const bool wins = good_to_relocalise(rival) && rival.quality > tried.quality + kRivalMargin;
-  return wins ? rival : TrackingAttempt{};
-}
-
 bool Slam::Impl::same_place(const TrackingAttempt& a, const TrackingAttempt& b) const {
   const Pose<Cam, Cam> between = a.map_from_cam.inverse() * b.map_from_cam;
   return between.translation().norm() < kSamePlace * map_.newest_keyframe().median_depth &&
          between.rotation().angularDistance(Eigen::Quaterniond::Identity()) < kSamePlace;
 }
 
-TrackingAttempt Slam::Impl::best_attempt(const Frame& frame,
-                                         const std::vector<Pose<Map, Cam>>& poses) const {
-  TrackingAttempt best;
-  for (const Pose<Map, Cam>& pose : poses) {
-    TrackingAttempt tried = attempt(frame, pose, SearchWidth::kWide);
-    if (tried.quality >= best.quality) best = std::move(tried);
-    if (good_to_relocalise(best)) break;
-  }
-  return best;
-}
-
 void Slam::Impl::search_again(const Frame& frame, TrackingResult* result) {
-  std::vector<Pose<Map, Cam>> poses = {
-      motion_.predict(frame.time, frame.thumbnail, map_.newest_keyframe().median_depth)};
-  if (hint_ && frame.time - hint_->time < kHintAge && hint_->time - frame.time < kHintAge) {
-    poses.insert(poses.begin(), hint_->map_from_cam);
-  }
-  for (const Pose<Map, Cam>& pose : relocalizer_.similar_views(map_, frame.thumbnail)) {
-    poses.push_back(pose);
-  }
-  TrackingAttempt best = best_attempt(frame, poses);
-  if (!good_to_relocalise(best)) {
-    places_.follow(map_);
-    TrackingAttempt matched =
-        best_attempt(frame, relocalizer_.matched_views(map_, places_, frame.pyramid));
-    if (matched.quality > best.quality) best = std::move(matched);
-  }
+  const Pose<Map, Cam> predicted =
+      motion_.predict(frame.time, frame.thumbnail, map_.newest_keyframe().median_depth);
+  const TrackingAttempt best = relocalizer_.find(map_, places_, frame, predicted);
   report(best, result);
-  if (good_to_relocalise(best)) {
+  const double lost_s = (frame.time - lost_since_).seconds();
+  result->lost_s = lost_s;
+  if (relocalizer_.accepts(best)) {
     state_ = TrackingState::kTracking;
     ++counters_.relocalisations;
     result->relocalised = true;
@@ -288,7 +241,6 @@ void Slam::Impl::search_again(const Frame& frame, TrackingResult* result) {
     accept(frame, best, result);
     return;
   }
-  const double lost_s = (frame.time - lost_since_).seconds();
   char text[80];
   std::snprintf(text, sizeof text, "lost for %.1f s; found %d of %d points", lost_s,
                 result->points_found, result->points_predicted);
@@ -334,14 +286,13 @@ void Slam::Impl::reset(const std::string& reason) {
   deltas_ = slam::PublishedMap(camera_, options_);
   initializer_.restart();
   motion_ = slam::MotionModel(camera_);
-  relocalizer_ = slam::Relocalizer(camera_);
+  relocalizer_ = slam::Relocalizer(camera_, options_);
   state_ = TrackingState::kInitialising;
-  good_frames_ = doubtful_frames_ = 0;
+  good_frames_ = 0;
   bundle_wanted_ = false;
   places_ = slam::PlaceIndex();
   unlooped_.clear();
   closure_.reset();
-  hint_.reset();
   keyframes_since_all_ = 0;
   adjust_all_wanted_ = false;
   keyframes_to_check_ = kFirstFocalCheck;
@@ -375,7 +326,7 @@ std::optional<MappingJob> Slam::Impl::take_job() {
   }
   if (bundle_wanted_) {
     bundle_wanted_ = false;
-    data->work = mapper_.bundle_problem(map_);
+    data->work = slam::bundle_problem(map_, options_);
     return MappingJob(std::move(data));
   }
   if (std::optional<slam::UndescribedKeyframe> undescribed = undescribed_keyframe()) {
@@ -396,12 +347,12 @@ std::optional<MappingJob> Slam::Impl::take_job() {
   if (adjust_all_wanted_ || (every > 0 && keyframes_since_all_ >= every)) {
     keyframes_since_all_ = 0;
     adjust_all_wanted_ = false;
-    data->work = mapper_.global_problem(map_);
+    data->work = slam::global_problem(map_, options_);
     return MappingJob(std::move(data));
   }
   if (keyframes_to_check_ > 0) return std::nullopt;
   keyframes_to_check_ = kFocalCheckKeyframes;
-  data->work = slam::FocalWork{mapper_.focal_problem(map_)};
+  data->work = slam::FocalWork{slam::focal_problem(map_, options_)};
   return MappingJob(std::move(data));
 }
 
@@ -449,65 +400,10 @@ void Slam::Impl::apply(MappingResult result) {
   }
 }
 
-StoredMap Slam::Impl::stored_map() const {
-  StoredMap stored;
-  stored.camera = camera_;
-  for (const auto& [id, k] : map_.keyframes()) {
-    stored.keyframes.push_back({id, k.time, k.map_from_cam, k.median_depth, k.pyramid.levels[0]});
-  }
-  for (const auto& [id, p] : map_.points()) {
-    StoredMap::Point point;
-    point.id = id;
-    point.position_in_map = p.position_in_map;
-    point.source_keyframe_id = p.source.keyframe_id;
-    point.confirmed = p.confirmed;
-    point.predicted_count = p.predicted_count;
-    point.found_count = p.found_count;
-    point.outlier_count = p.outlier_count;
-    point.born_keyframe_id = p.born_keyframe_id;
-    for (const slam::Observation& o : p.observations) {
-      point.observations.push_back({o.keyframe_id, o.level, o.pixel});
-    }
-    stored.points.push_back(std::move(point));
-  }
-  return stored;
-}
-
 void Slam::Impl::restore(const StoredMap& stored) {
   reset("loaded a map");
   reset_reason_.clear();
-  for (const StoredMap::Keyframe& k : stored.keyframes) {
-    slam::Keyframe keyframe;
-    keyframe.id = k.id;
-    keyframe.time = k.time;
-    keyframe.map_from_cam = k.map_from_cam;
-    keyframe.median_depth = k.median_depth;
-    keyframe.pyramid = slam::build_pyramid(
-        {k.image.data, k.image.cols, k.image.rows, static_cast<int>(k.image.step[0])});
-    keyframe.thumbnail = slam::make_thumbnail(keyframe.pyramid);
-    map_.restore_keyframe(std::move(keyframe));
-  }
-  for (const StoredMap::Point& p : stored.points) {
-    slam::Point point;
-    point.id = p.id;
-    point.position_in_map = p.position_in_map;
-    point.confirmed = p.confirmed;
-    point.predicted_count = p.predicted_count;
-    point.found_count = p.found_count;
-    point.outlier_count = p.outlier_count;
-    point.born_keyframe_id = p.born_keyframe_id;
-    std::optional<slam::Corner> source;
-    for (const StoredMap::Observation& o : p.observations) {
-      const Eigen::Vector2d xy = camera_.unproject(o.pixel);
-      point.observations.push_back({o.keyframe_id, o.level, o.pixel, xy, camera_.px_per_xy(xy)});
-      if (o.keyframe_id == p.source_keyframe_id) {
-        source = slam::make_corner(camera_, o.keyframe_id, {o.pixel, o.level});
-      }
-    }
-    if (!source) continue;
-    point.source = *source;
-    map_.restore_point(std::move(point));
-  }
+  map_ = slam::restored(stored, camera_);
   motion_.update(stored.keyframes.back().time, map_.newest_keyframe().thumbnail,
                  stored.keyframes.back().map_from_cam);
   motion_.forget();

@@ -51,6 +51,7 @@ struct TrackingResult {
   std::string reason;        // why initialising or lost: "parallax 0.4 deg, need 1.0"
   bool is_keyframe = false;
   bool relocalised = false;  // this frame ended a loss
+  double lost_s = 0;         // how long that lasted, or the present one lasts
   int epoch = 0;
 };
 

@@ -225,4 +225,18 @@ std::map<int32_t, int> shared_point_counts(const SlamMap& map, const std::set<in
   return counts;
 }
 
+std::vector<int32_t> by_count(const std::map<int32_t, int>& counts) {
+  std::vector<int32_t> ids;
+  for (const auto& [id, count] : counts) ids.push_back(id);
+  std::stable_sort(ids.begin(), ids.end(), [&](int32_t a, int32_t b) {
+    return std::pair(-counts.at(a), -a) < std::pair(-counts.at(b), -b);
+  });
+  return ids;
+}
+
+std::vector<int32_t> first_few(std::vector<int32_t> ids, int count) {
+  if (ids.size() > static_cast<size_t>(count)) ids.resize(static_cast<size_t>(count));
+  return ids;
+}
+
 }  // namespace foresight::slam

@@ -126,4 +126,8 @@ const Point* point_near(const SlamMap& map, const Keyframe& keyframe, const Eige
 /// How many of these points each keyframe sees.
 std::map<int32_t, int> shared_point_counts(const SlamMap& map, const std::set<int32_t>& point_ids);
 
+/// Ids ordered by count, larger first, then the newer keyframe.
+std::vector<int32_t> by_count(const std::map<int32_t, int>& counts);
+std::vector<int32_t> first_few(std::vector<int32_t> ids, int count);
+
 }  // namespace foresight::slam

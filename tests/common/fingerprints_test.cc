@@ -32,7 +32,7 @@ const std::map<std::string, std::string> kExpected = {
     {"joint_state_t", "ac4909dcc7cf5ebc"},
     {"link_flow_t", "c60e539cb1aa9980"},
     {"link_stats_t", "33d8521290e98cbe"},
-    {"map_delta_t", "cec5996ce665af31"},
+    {"map_delta_t", "edc69107850598e5"},
     {"mesh_t", "db53bd41c5619cce"},
     {"pendant_t", "51dbce493cb0bef2"},
     {"port_health_t", "81439b9c989d0cc2"},

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 namespace foresight {
@@ -20,7 +21,7 @@ MapDelta random_map_delta(int size, uint32_t seed) {
          {Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)),
           Eigen::Vector3d(normal(random), normal(random), normal(random))},
          {1000 + i}});
-    delta.points_set.push_back({i, Eigen::Vector3f::Random()});
+    delta.points_set.push_back({i, Eigen::Vector3f::Random(), 0.01f * static_cast<float>(i)});
     delta.observations_added.push_back({i, 7 * i});
   }
   return delta;
@@ -54,6 +55,7 @@ void expect_equal(const MapDelta& a, const MapDelta& b) {
   for (size_t i = 0; i < a.points_set.size(); ++i) {
     EXPECT_EQ(a.points_set[i].id, b.points_set[i].id);
     EXPECT_EQ(a.points_set[i].position_in_map, b.points_set[i].position_in_map);
+    EXPECT_EQ(a.points_set[i].sigma_mu, b.points_set[i].sigma_mu);
   }
 }
 
@@ -122,6 +124,8 @@ TEST(Messages, AMapDeltaThatMakesNoSenseIsRefusedWhole) {
   refuse([](map_delta_t* m) { m->point_ids[2] = -1; });
   refuse([](map_delta_t* m) { m->observation_point_ids[0] = -7; });
   refuse([](map_delta_t* m) { m->n_point_coordinates = 14; });
+  refuse([](map_delta_t* m) { m->point_sigmas_mu[1] = -0.1f; });
+  refuse([](map_delta_t* m) { m->point_sigmas_mu[1] = std::nanf(""); });
   refuse([](map_delta_t* m) { m->keyframe_map_from_cam_quat_wxyz[4] = {0, 0, 0, 0}; });
   refuse([](map_delta_t* m) { m->keyframe_map_from_cam_quat_wxyz[4] = {2, 0, 0, 0}; });
 }

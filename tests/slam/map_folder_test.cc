@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "common/errors.h"
+#include "common/pose_track.h"
 #include "procs/slam/slam.h"
 #include "tests/common/files.h"
 #include "tests/slam/synthetic_scene.h"
@@ -121,6 +122,18 @@ TEST_F(MapFolderTest, ALoadedMapIsTrackedAndGrows) {
   }
   EXPECT_EQ(last.state, TrackingState::kTracking) << last.reason;
   EXPECT_GT(slam.statistics().keyframes, keyframes);
+}
+
+TEST_F(MapFolderTest, TheTrajectoryIsThatOfTheKeyframes) {
+  const StoredMap saved = make_map();
+  write_map_folder(saved, folder("map"));
+  const std::vector<TimedPose> read = load_pose_track(folder("map") + "/trajectory.txt");
+  ASSERT_EQ(read.size(), saved.keyframes.size());
+  for (size_t i = 0; i < read.size(); ++i) {
+    EXPECT_EQ(read[i].time, saved.keyframes[i].time);
+    EXPECT_TRUE(
+        read[i].world_from_cam.matrix().isApprox(saved.keyframes[i].map_from_cam.matrix(), 1e-12));
+  }
 }
 
 // The COLMAP files on their own: what points3D.txt and images.txt say fits the pixels.

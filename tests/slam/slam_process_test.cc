@@ -179,6 +179,8 @@ TEST_F(SlamProcessTest, BlackImagesAreALossThatTheNextImageEnds) {
   expect_tracking_in(epoch);
   wait(seconds(0.9));
   EXPECT_EQ(metric("relocalisations"), 1);
+  EXPECT_EQ(health_.state, +health_t::STATE_OK);
+  EXPECT_NE(health_.reason.find("relocalised after 2."), std::string::npos) << health_.reason;
 }
 
 TEST_F(SlamProcessTest, DamagedImagesAreRejected) {
