@@ -19,21 +19,33 @@ struct CarvingVertex {
   Eigen::Vector3f position_in_map = Eigen::Vector3f::Zero();
 };
 
+/// What the segments say of one cell, as whole numbers: they add up the same in any order.
+/// Facet k lies opposite vertex k.
+struct CellVotes {
+  std::array<int32_t, 4> entered{};  // segments that enter the cell through facet k
+  int32_t started = 0;               // whose camera is in it
+  int32_t ended = 0;  // whose point is one of its vertices, and that would go on into it: surface
+  bool operator==(const CellVotes&) const = default;
+};
+
 /// A finite tetrahedron. `id` is a dense array index: ids of removed cells are reused.
 /// `vertices` are positively oriented: det[v1−v0, v2−v0, v3−v0] > 0.
 /// `constraints` is the number of free-space constraints (camera–point segments) known to cross its
-/// interior; it is carved when that is not zero.
+/// interior; it is carved when that is not zero. (Those that come in through an edge or a vertex
+/// are neither among `entered` nor `started`.)
 struct CarvingCell {
   int32_t id = 0;
   std::array<int32_t, 4> vertices{};
   int32_t constraints = 0;
+  CellVotes votes = {};
   bool carved() const { return constraints > 0; }
 };
 
-/// A new constraint count for an existing cell.
+/// A new constraint count, new votes of an existing cell.
 struct CarvingCellUpdate {
   int32_t id = 0;
   int32_t constraints = 0;
+  CellVotes votes = {};
 };
 
 struct CarvingDelta {

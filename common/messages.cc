@@ -53,6 +53,19 @@ bool all_non_negative(const std::vector<int32_t>& ids) {
   return std::all_of(ids.begin(), ids.end(), [](int32_t id) { return id >= 0; });
 }
 
+constexpr int64_t kVotes = 6;  // numbers per cell
+
+void push_votes(const CellVotes& votes, std::vector<int32_t>* to) {
+  to->insert(to->end(), votes.entered.begin(), votes.entered.end());
+  to->push_back(votes.started);
+  to->push_back(votes.ended);
+}
+
+CellVotes votes_at(const std::vector<int32_t>& numbers, int32_t i) {
+  const int32_t* v = &numbers[static_cast<size_t>(kVotes * i)];
+  return {{v[0], v[1], v[2], v[3]}, v[4], v[5]};
+}
+
 template <class T>
 int32_t count(const std::vector<T>& v) {
   return static_cast<int32_t>(v.size());
@@ -75,6 +88,8 @@ void set_counts(carving_delta_t* m) {
   m->n_vertex_coordinates = count(m->vertex_positions_mu);
   m->n_cells = count(m->cell_ids);
   m->n_cell_vertices = count(m->cell_vertex_ids);
+  m->n_cell_votes = count(m->cell_votes);
+  m->n_updated_cell_votes = count(m->updated_cell_votes);
   m->n_cells_updated = count(m->updated_cell_ids);
 }
 
@@ -233,15 +248,17 @@ std::vector<carving_delta_t> split(const CarvingDelta& delta, size_t max_bytes) 
     push_position(v.position_in_map, &m.vertex_positions_mu);
   }
   for (const CarvingCell& c : delta.cells_added) {
-    carving_delta_t& m = writer.room(24);
+    carving_delta_t& m = writer.room(48);
     m.cell_ids.push_back(c.id);
     m.cell_vertex_ids.insert(m.cell_vertex_ids.end(), c.vertices.begin(), c.vertices.end());
     m.cell_constraints.push_back(c.constraints);
+    push_votes(c.votes, &m.cell_votes);
   }
   for (const CarvingCellUpdate& u : delta.cells_updated) {
-    carving_delta_t& m = writer.room(8);
+    carving_delta_t& m = writer.room(32);
     m.updated_cell_ids.push_back(u.id);
     m.updated_cell_constraints.push_back(u.constraints);
+    push_votes(u.votes, &m.updated_cell_votes);
   }
   std::vector<carving_delta_t> parts = writer.finish();
   for (carving_delta_t& m : parts) set_counts(&m);
@@ -251,8 +268,12 @@ std::vector<carving_delta_t> split(const CarvingDelta& delta, size_t max_bytes) 
 bool append(const carving_delta_t& part, CarvingDelta* delta) {
   if (part.n_vertex_coordinates != 3 * static_cast<int64_t>(part.n_vertices)) return false;
   if (part.n_cell_vertices != 4 * static_cast<int64_t>(part.n_cells)) return false;
-  for (const auto* values : {&part.removed_cell_ids, &part.cell_ids, &part.cell_constraints,
-                             &part.updated_cell_ids, &part.updated_cell_constraints}) {
+  if (part.n_cell_votes != kVotes * static_cast<int64_t>(part.n_cells)) return false;
+  if (part.n_updated_cell_votes != kVotes * static_cast<int64_t>(part.n_cells_updated))
+    return false;
+  for (const auto* values :
+       {&part.removed_cell_ids, &part.cell_ids, &part.cell_constraints, &part.updated_cell_ids,
+        &part.updated_cell_constraints, &part.cell_votes, &part.updated_cell_votes}) {
     if (!all_non_negative(*values)) return false;
   }
   const auto extend = [](std::vector<int32_t>* to, const std::vector<int32_t>& from) {
@@ -265,11 +286,14 @@ bool append(const carving_delta_t& part, CarvingDelta* delta) {
   }
   for (int32_t i = 0; i < part.n_cells; ++i) {
     const int32_t* v = &part.cell_vertex_ids[4 * static_cast<size_t>(i)];
-    delta->cells_added.push_back(
-        {part.cell_ids[i], {v[0], v[1], v[2], v[3]}, part.cell_constraints[i]});
+    delta->cells_added.push_back({part.cell_ids[i],
+                                  {v[0], v[1], v[2], v[3]},
+                                  part.cell_constraints[i],
+                                  votes_at(part.cell_votes, i)});
   }
   for (int32_t i = 0; i < part.n_cells_updated; ++i) {
-    delta->cells_updated.push_back({part.updated_cell_ids[i], part.updated_cell_constraints[i]});
+    delta->cells_updated.push_back({part.updated_cell_ids[i], part.updated_cell_constraints[i],
+                                    votes_at(part.updated_cell_votes, i)});
   }
   return true;
 }

@@ -1,11 +1,13 @@
-// carve-bench: times the carver's core on a recorded map sequence. Times are CPU times of the
-// thread, of `Carver::apply` alone.
+// carve-bench: times the cores of carver and mesher on a recorded map sequence, and writes the
+// mesh. Times are CPU times of the thread: of `Carver::apply` per event; of `Mesher::apply` and
+// `update` after it ("cut": from a delta to the mesh).
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <numeric>
@@ -14,17 +16,24 @@
 
 #include "bench/carve_bench/carv_reader.h"
 #include "procs/carver/carver.h"
+#include "procs/mesher/mesher.h"
 
 namespace {
 
 using foresight::Carver;
 using foresight::CarverOptions;
 using foresight::CarverStatistics;
+using foresight::CarvingDelta;
 using foresight::CarvSequence;
 using foresight::MapDelta;
+using foresight::Mesh;
+using foresight::Mesher;
+using foresight::MesherOptions;
 
 struct Arguments {
-  std::string input, json;
+  std::string input, json, mesh, energy = "visibility", lambda_unit = "relative";
+  MesherOptions mesher;
+  bool no_mesh = false;
   bool reference_setup = false;
   int repeat = 1;
   int max_constraints = 0;
@@ -50,7 +59,10 @@ struct Times {
 struct Result {
   std::array<Times, 3> events;  // by CarvEventKind
   Times from_scratch;
+  Times cuts, cut_from_scratch;
   CarverStatistics statistics;
+  foresight::CutStatistics cut;
+  Mesh mesh;
   int64_t rebuilds = 0;
   double peak_memory_mb = 0.0;
 };
@@ -63,9 +75,19 @@ double thread_ms() {
   return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
 }
 
-double timed_apply(Carver& carver, const MapDelta& delta) {
+double timed_apply(Carver& carver, const MapDelta& delta, CarvingDelta* result) {
   const double start = thread_ms();
-  const auto result = carver.apply(delta);
+  *result = carver.apply(delta);
+  return thread_ms() - start;
+}
+
+double timed_update(Mesher& mesher, const CarvingDelta& delta, Mesh* mesh) {
+  const double start = thread_ms();
+  if (mesher.apply(delta) != foresight::ApplyResult::kOk) {
+    std::fprintf(stderr, "the mesher rejects a delta of the carver\n");
+    std::exit(1);
+  }
+  *mesh = mesher.update();
   return thread_ms() - start;
 }
 
@@ -75,23 +97,55 @@ double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-Result run(const CarvSequence& sequence, const CarverOptions& options, int repeat) {
-  Result result;
+// The carver alone first: its memory is what grows meanwhile.
+void time_carver(const CarvSequence& sequence, const CarverOptions& options, int repeat,
+                 Result* result) {
   const double before_mb = peak_memory_mb();
+  CarvingDelta delta;
   for (int n = 0; n < repeat; ++n) {
     Carver carver(options);
     for (const auto& event : sequence.events) {
-      result.events[static_cast<size_t>(event.kind)].ms.push_back(timed_apply(carver, event.delta));
+      result->events[static_cast<size_t>(event.kind)].ms.push_back(
+          timed_apply(carver, event.delta, &delta));
     }
-    result.statistics = carver.statistics();
+    result->statistics = carver.statistics();
   }
-  result.peak_memory_mb = peak_memory_mb() - before_mb;
+  result->peak_memory_mb = peak_memory_mb() - before_mb;
   const MapDelta whole = foresight::final_map(sequence);
   for (int n = 0; n < repeat; ++n) {
     Carver carver(options);
-    result.from_scratch.ms.push_back(timed_apply(carver, whole));
+    result->from_scratch.ms.push_back(timed_apply(carver, whole, &delta));
   }
-  return result;
+}
+
+void time_mesher(const CarvSequence& sequence, const CarverOptions& options,
+                 const MesherOptions& mesher_options, int repeat, Result* result) {
+  for (int n = 0; n < repeat; ++n) {
+    Carver carver(options);
+    Mesher mesher(mesher_options);
+    for (const auto& event : sequence.events) {
+      result->cuts.ms.push_back(timed_update(mesher, carver.apply(event.delta), &result->mesh));
+    }
+    result->cut = mesher.statistics();
+    Mesher anew(mesher_options);
+    Mesh mesh;
+    result->cut_from_scratch.ms.push_back(timed_update(anew, carver.snapshot(), &mesh));
+  }
+}
+
+// Without what only the hull's corners span: that is no surface that was seen.
+bool write_obj(const Mesh& mesh, const std::string& path) {
+  std::ofstream out(path);
+  out.precision(9);
+  for (const auto& v : mesh.vertices_in_map) {
+    out << "v " << v.x() << " " << v.y() << " " << v.z() << "\n";
+  }
+  for (const auto& t : mesh.triangles) {
+    const bool guessed = std::any_of(
+        t.begin(), t.end(), [&](int32_t v) { return mesh.vertex_ids[static_cast<size_t>(v)] < 0; });
+    if (!guessed) out << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
+  }
+  return static_cast<bool>(out);
 }
 
 void print(const Result& result) {
@@ -103,6 +157,15 @@ void print(const Result& result) {
   }
   const CarverStatistics& s = result.statistics;
   std::printf("from scratch %.1f ms\n", result.from_scratch.mean());
+  if (!result.cuts.ms.empty()) {
+    std::printf("cut and mesh %6zu events  %.2f / %.2f / %.2f ms median / p95 / max\n",
+                result.cuts.ms.size(), result.cuts.quantile(0.5), result.cuts.quantile(0.95),
+                result.cuts.quantile(1.0));
+    std::printf(
+        "from scratch %.1f ms; %d of %d cells free, %zu triangles, split %d vertices, %d edges\n",
+        result.cut_from_scratch.mean(), result.cut.carved_cells, result.cut.cells,
+        result.mesh.triangles.size(), result.cut.split_vertices, result.cut.split_edges);
+  }
   std::printf("cells %lld, carved %lld, ray-cell pairs %lld (at most %lld in a cell)\n",
               static_cast<long long>(s.cells), static_cast<long long>(s.carved_cells),
               static_cast<long long>(s.ray_cell_pairs),
@@ -121,16 +184,24 @@ bool write_json(const Result& result, const std::string& path) {
   for (size_t kind = 0; kind < 3; ++kind) {
     const Times& t = result.events[kind];
     if (t.ms.empty()) continue;
-    out << "  \"" << kKindNames[kind] << "_ms\": {\"mean\": " << t.mean()
-        << ", \"p95\": " << t.quantile(0.95) << ", \"max\": " << t.quantile(1.0)
-        << ", \"events\": " << t.ms.size() << "},\n";
+    const std::string name = kKindNames[kind];
+    out << "  \"" << name << "_ms_mean\": " << t.mean() << ",\n  \"" << name
+        << "_ms_p95\": " << t.quantile(0.95) << ",\n  \"" << name
+        << "_ms_max\": " << t.quantile(1.0) << ",\n  \"" << name << "_events\": " << t.ms.size()
+        << ",\n";
+  }
+  if (!result.cuts.ms.empty()) {
+    out << "  \"cut_ms_from_scratch\": " << result.cut_from_scratch.mean()
+        << ",\n  \"cut_ms_incremental_median\": " << result.cuts.quantile(0.5)
+        << ",\n  \"cut_ms_incremental_p95\": " << result.cuts.quantile(0.95)
+        << ",\n  \"triangles\": " << result.mesh.triangles.size() << ",\n";
   }
   const CarverStatistics& s = result.statistics;
   out << "  \"from_scratch_ms\": " << result.from_scratch.mean() << ",\n  \"cells\": " << s.cells
       << ",\n  \"carved_cells\": " << s.carved_cells
       << ",\n  \"ray_cell_pairs\": " << s.ray_cell_pairs
-      << ",\n  \"memory_estimate_bytes\": " << s.memory_bytes
-      << ",\n  \"peak_growth_mb\": " << result.peak_memory_mb << "\n}\n";
+      << ",\n  \"memory_estimate_mb\": " << static_cast<double>(s.memory_bytes) / 1048576.0
+      << ",\n  \"peak_mb\": " << result.peak_memory_mb << "\n}\n";
   return static_cast<bool>(out);
 }
 
@@ -138,7 +209,7 @@ bool write_json(const Result& result, const std::string& path) {
 
 int main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app{"Times free-space carving on a carvseq file"};
+  CLI::App app{"Times free-space carving and the cut on a carvseq file"};
   app.add_option("input", arguments.input, "NAME.carv.gz")->required();
   app.add_flag("--reference-setup", arguments.reference_setup,
                "hull of ±20 m, earlier observations of new points not carved, exact coordinates");
@@ -149,7 +220,32 @@ int main(int argc, char** argv) {
   app.add_option("--rebuild-cost-ratio", arguments.rebuild_cost_ratio,
                  "rebuild when an update seems this many times dearer")
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--mesh", arguments.mesh, "write the final mesh to this OBJ file");
+  app.add_flag("--no-cut", arguments.no_mesh, "time the carver only");
+  app.add_option("--energy", arguments.energy, "what the surface minimises")
+      ->check(CLI::IsMember({"visibility", "soft", "volume"}))
+      ->capture_default_str();
+  app.add_option("--surface-weight", arguments.mesher.visibility.surface, "visibility: see mesher")
+      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
+      ->capture_default_str();
+  app.add_option("--shape-weight", arguments.mesher.visibility.shape, "visibility: see mesher")
+      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
+      ->capture_default_str();
+  app.add_option("--pocket-weight", arguments.mesher.visibility.pocket, "visibility: see mesher")
+      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
+      ->capture_default_str();
+  app.add_option("--lambda", arguments.mesher.lambda, "volume: weight of the area")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--lambda-unit", arguments.lambda_unit,
+                 "volume: shares of the scene's size, or map units")
+      ->check(CLI::IsMember({"relative", "map_unit"}))
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
+  if (arguments.energy == "volume") arguments.mesher.energy = foresight::Energy::kVolume;
+  if (arguments.lambda_unit == "map_unit") {
+    arguments.mesher.lambda_unit = foresight::LambdaUnit::kMapUnit;
+  }
 
   foresight::CarvReadOptions reading;
   CarverOptions options;
@@ -165,9 +261,19 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", sequence.error.c_str());
     return 64;
   }
-  const Result result = run(sequence, options, arguments.repeat);
+  Result result;
+  time_carver(sequence, options, arguments.repeat, &result);
+  if (!arguments.no_mesh) {
+    time_mesher(sequence, options, arguments.mesher, arguments.repeat, &result);
+  }
   print(result);
-  if (arguments.json.empty() || write_json(result, arguments.json)) return 0;
-  std::fprintf(stderr, "%s: cannot be written\n", arguments.json.c_str());
-  return 64;
+  if (!arguments.json.empty() && !write_json(result, arguments.json)) {
+    std::fprintf(stderr, "%s: cannot be written\n", arguments.json.c_str());
+    return 64;
+  }
+  if (!arguments.mesh.empty() && !write_obj(result.mesh, arguments.mesh)) {
+    std::fprintf(stderr, "%s: cannot be written\n", arguments.mesh.c_str());
+    return 64;
+  }
+  return 0;
 }

@@ -73,7 +73,7 @@ void measure(const CarvingDelta& snapshot, double lambda, int32_t repeats) {
   CutStatistics s;
   size_t triangles = 0;
   for (int32_t i = 0; i < repeats; ++i) {
-    Mesher mesher({.lambda = lambda});
+    Mesher mesher({.energy = Energy::kVolume, .lambda = lambda});
     std::clock_t begin = std::clock();
     if (mesher.apply(snapshot) != ApplyResult::kOk) std::abort();
     apply.push_back(milliseconds_since(begin));

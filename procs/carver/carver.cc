@@ -99,6 +99,7 @@ CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
   }
   map.staged.issued = std::move(rays);
   tracer.relocate();
+  tracer.note_all_cells();
   tracer.trace(map.staged.issued);
   tracer.lists().report_all();
   finish();
@@ -124,7 +125,7 @@ CarverStatistics Carver::Impl::collect_statistics() const {
   const auto& states = delaunay.complex().states;
   for (size_t cell = 0; cell < states.size(); ++cell) {
     if (states[cell] != carving::CellState::kKept) continue;
-    const int64_t count = lists.size(static_cast<int32_t>(cell));
+    const int64_t count = lists.constraints(static_cast<int32_t>(cell));
     ++s.cells;
     s.carved_cells += count > 0;
     s.max_constraints_in_cell = std::max(s.max_constraints_in_cell, count);

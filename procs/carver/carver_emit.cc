@@ -20,7 +20,8 @@ CarvingCell Carver::Impl::cell_message(int32_t cell) const {
     message.vertices[i] =
         vertices.external_id(delaunay.complex().cells[static_cast<size_t>(cell)].vertices[i]);
   }
-  message.constraints = static_cast<int32_t>(tracer.lists().size(cell));
+  message.constraints = static_cast<int32_t>(tracer.lists().constraints(cell));
+  message.votes = tracer.lists().votes(cell);
   return message;
 }
 
@@ -40,13 +41,12 @@ CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change)
   for (const int32_t cell : change.created) delta.cells_added.push_back(cell_message(cell));
   auto& lists = tracer.lists();
   for (const int32_t cell : change.created) lists.report(cell);
-  for (const int32_t cell : lists.touched()) {
+  for (const int32_t cell : lists.take_touched()) {
     const bool kept = delaunay.complex().states[static_cast<size_t>(cell)] == CellState::kKept;
-    if (!kept || lists.size(cell) == lists.reported(cell)) continue;
-    delta.cells_updated.push_back({cell, static_cast<int32_t>(lists.size(cell))});
-    lists.report(cell);
+    if (!kept || !lists.report(cell)) continue;
+    delta.cells_updated.push_back(
+        {cell, static_cast<int32_t>(lists.constraints(cell)), lists.votes(cell)});
   }
-  lists.touched().clear();
   cells_replaced = static_cast<int64_t>(change.destroyed.size());
   return delta;
 }

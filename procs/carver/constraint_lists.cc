@@ -2,21 +2,41 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace foresight::carving {
 
 void ConstraintLists::reset() { *this = ConstraintLists(); }
 
+CellVotes ConstraintLists::votes(int32_t cell) const {
+  const auto count = [&](uint32_t code) { return static_cast<int32_t>(at(cell).counts[code]); };
+  return {{count(0), count(1), count(2), count(3)}, count(kEntryStart), count(kEntryEnd)};
+}
+
+bool ConstraintLists::report(int32_t cell) {
+  Counts& known = reported_[static_cast<size_t>(cell)];
+  if (known == at(cell).counts) return false;
+  known = at(cell).counts;
+  return true;
+}
+
 void ConstraintLists::report_all() {
-  for (List& list : lists_) list.reported = list.size;
-  touched_.clear();
+  for (size_t cell = 0; cell < lists_.size(); ++cell) report(static_cast<int32_t>(cell));
+  take_touched();
+}
+
+std::vector<int32_t> ConstraintLists::take_touched() {
+  for (const int32_t cell : touched_) at(cell).touched = false;
+  return std::exchange(touched_, {});
 }
 
 void ConstraintLists::release(int32_t cell) {
   List& list = at(cell);
-  pairs_ -= list.size;
+  pairs_ -= constraints(cell);
   give_block(list);
+  const bool touched = list.touched;  // it is still in the list of those
   list = List{};
+  list.touched = touched;
 }
 
 void ConstraintLists::grow(List& list) {
@@ -56,7 +76,8 @@ void ConstraintLists::give_block(List& list) {
 }
 
 size_t ConstraintLists::memory_bytes() const {
-  size_t bytes = pool_entries_ * sizeof(uint32_t) + lists_.capacity() * sizeof(List);
+  size_t bytes =
+      pool_entries_ * sizeof(uint32_t) + lists_.capacity() * (sizeof(List) + sizeof(Counts));
   for (const auto& spare : spare_) bytes += spare.capacity() * sizeof(uint32_t*);
   return bytes;
 }

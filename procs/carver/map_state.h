@@ -42,6 +42,8 @@ struct RayRecord {
   RayState state = RayState::kFree;
   bool degenerate = false;  // meets an edge or vertex, or runs in a facet
   bool grazing = false;     // runs in a facet or edge, where no cell lists it
+  bool tied = false;        // which cell lies behind its point is a matter of convention
+  int32_t behind = -1;      // that cell
 };
 
 /// A ray to erase from the cells it crosses, as it was traced.

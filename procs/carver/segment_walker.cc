@@ -135,6 +135,67 @@ Feature SegmentWalker::exit_of_facet(const Feature& facet) const {
   FORESIGHT_CHECK(!"a line leaves the facet it runs in");
 }
 
+// Does the line leave the cell by the facet opposite the target? 2: through its inside, 1: through
+// an edge or a vertex of it, 0: no, and `negative_edge` is an edge (from corner n to n + 1 of the
+// facet) that it misses.
+int SegmentWalker::exit_sides(int32_t id, int* negative_edge) const {
+  const Cell& cell = cell_at(id);
+  const int* corners = kFacetVertices[index_of(cell.vertices, target_)];
+  std::array<Sheared, 3> sheared;
+  for (size_t n = 0; n < 3; ++n) {
+    sheared[n] = shear(cell.vertices[static_cast<size_t>(corners[n])]);
+  }
+  int positive = 0, zero = 0;
+  for (size_t n = 0; n < 3; ++n) {
+    const int sign = side(sheared[n], sheared[(n + 1) % 3]);
+    if (sign < 0) {
+      *negative_edge = static_cast<int>(n);
+      return 0;
+    }
+    positive += sign > 0;
+    zero += sign == 0;
+  }
+  if (positive == 0) {
+    *negative_edge = 0;
+    return 0;
+  }
+  return zero == 0 ? 2 : 1;
+}
+
+// Around the target from cell to cell towards where the segment goes; if that does not get there
+// soon, or the answer is tied, every cell around is looked at.
+SegmentWalker::Behind SegmentWalker::behind(int32_t incident) {
+  constexpr int kSoon = 24;
+  int32_t id = incident;
+  for (int step = 0; step < kSoon; ++step) {
+    int edge = 0;
+    const int found = exit_sides(id, &edge);
+    if (found == 2) return {id, false};
+    if (found == 1) break;
+    const Cell& cell = cell_at(id);
+    const int* corners = kFacetVertices[index_of(cell.vertices, target_)];
+    id = cell.neighbors[static_cast<size_t>(corners[(edge + 2) % 3])];
+  }
+  const auto at = static_cast<unsigned>(index_of(cell_at(incident).vertices, target_));
+  collect_incident({incident, static_cast<uint8_t>(1U << at)});
+  const auto sorted_corners = [&](int32_t cell) {
+    std::array<Point3, 4> corners;
+    for (size_t i = 0; i < 4; ++i) corners[i] = position(cell_at(cell).vertices[i]);
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  };
+  Behind best;
+  for (const int32_t cell : incident_) {
+    int edge = 0;
+    const int found = exit_sides(cell, &edge);
+    if (found == 2) return {cell, false};
+    if (found == 0) continue;
+    if (best.cell < 0 || sorted_corners(cell) < sorted_corners(best.cell)) best = {cell, true};
+  }
+  FORESIGHT_CHECK(best.cell >= 0);
+  return best;
+}
+
 // The segment runs along the edge: on to the end that lies ahead.
 Feature SegmentWalker::exit_of_edge(const Feature& at, const Feature& edge) const {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;

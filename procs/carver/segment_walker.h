@@ -27,6 +27,8 @@ namespace foresight::carving {
 /// How a segment came into a cell: through facet 0…3, or otherwise.
 inline constexpr uint32_t kEntryStart = 4;  // it starts here: holds the camera
 inline constexpr uint32_t kEntryOther = 5;  // through an edge or a vertex
+inline constexpr uint32_t kEntryEnd = 6;    // it does not: it ends in front of it, at a vertex
+inline constexpr uint32_t kEntryCodes = 7;
 
 enum class WalkEnd : uint8_t { kArrived, kStopped, kDegenerate };
 
@@ -44,6 +46,16 @@ class SegmentWalker {
 
   /// Whether the last `trace` ran along a facet or an edge: there it crosses no cell.
   bool grazed() const { return grazed_; }
+
+  /// The cell that the segment would enter if it went on beyond its end. `tied`: it would run along
+  /// a facet or an edge there; of the cells around, the one is named that comes first by its
+  /// vertices' positions, so that the answer depends on nothing but the geometry.
+  struct Behind {
+    int32_t cell = -1;
+    bool tied = false;
+  };
+  /// `incident` is any cell at the target; the segment has a length.
+  Behind behind(int32_t incident);
 
   /// From the cell that is entered strictly inside its facet `facet`. Stops, kDegenerate, at the
   /// first edge or vertex.
@@ -78,6 +90,7 @@ class SegmentWalker {
   Feature exit_of_edge(const Feature& at, const Feature& edge) const;
   bool holds_target(const Feature& face) const;
   void collect_incident(const Feature& at);
+  int exit_sides(int32_t cell, int* negative_edge) const;
 
   const CellComplex& complex_;
   Point3 from_{}, to_{};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace foresight::carving {
 
@@ -9,7 +10,13 @@ void Tracer::reset() {
   lists_.reset();
   crossed_.clear();
   grazing_.clear();
-  for (RayRecord& ray : map_.rays) ray.grazing = false;
+  lost_ends_.clear();
+  tied_.clear();
+  cell_by_vertex_.clear();
+  for (RayRecord& ray : map_.rays) {
+    ray.grazing = ray.tied = false;
+    ray.behind = -1;
+  }
   last_start_ = 0;
 }
 
@@ -33,6 +40,8 @@ void Tracer::erase(const std::vector<RetiredRay>& retired) {
       crossed_.push_back(cell);
       return true;
     });
+    const int32_t behind = ray_at(ray.ray).behind;
+    if (behind >= 0) crossed_.push_back(behind);
   }
   std::sort(crossed_.begin(), crossed_.end());
   crossed_.erase(std::unique(crossed_.begin(), crossed_.end()), crossed_.end());
@@ -66,14 +75,61 @@ void Tracer::relocate() {
   }
 }
 
+void Tracer::note_cell(int32_t cell) {
+  for (const int32_t vertex : complex_.cells[static_cast<size_t>(cell)].vertices) {
+    const auto v = static_cast<size_t>(vertex);
+    if (v >= cell_by_vertex_.size()) cell_by_vertex_.resize(complex_.positions.size(), -1);
+    cell_by_vertex_[v] = cell;
+  }
+}
+
+void Tracer::note_all_cells() {
+  for (size_t cell = 0; cell < complex_.cells.size(); ++cell) {
+    if (complex_.states[cell] == CellState::kNew) note_cell(static_cast<int32_t>(cell));
+  }
+}
+
+// A vertex that stays while a cell of its goes has a new cell, so one pass over these is enough.
 void Tracer::retrace(const TriangulationChange& change) {
   spoiled_ = false;
+  for (const int32_t cell : change.created) note_cell(cell);
   for (size_t n = 0; n < change.destroyed.size(); ++n) {
     retrace_cell(change.destroyed[n], change.entries[n]);
   }
   if (!change.destroyed.empty()) queue_grazing();
   retrace_whole(change);
+  if (!change.destroyed.empty()) retrace_ends();
   for (const int32_t cell : change.destroyed) lists_.release(cell);
+}
+
+void Tracer::place_end(int32_t ray) {
+  RayRecord& record = ray_at(ray);
+  const KeyframeRecord& keyframe = map_.keyframes[static_cast<size_t>(record.keyframe)];
+  const PointRecord& point = map_.points[static_cast<size_t>(record.point)];
+  record.behind = -1;
+  record.tied = false;
+  if (keyframe.centre == point.position) return;  // no direction
+  aim(ray);
+  const auto found = walker_.behind(cell_by_vertex_[static_cast<size_t>(point.vertex)]);
+  record.behind = found.cell;
+  record.tied = found.tied;
+  if (found.tied) tied_.push_back(ray);
+  lists_.push(found.cell, make_entry(ray, kEntryEnd));
+}
+
+// A tie may be decided otherwise by any cell that is new.
+void Tracer::retrace_ends() {
+  for (const int32_t ray : std::exchange(tied_, {})) {
+    RayRecord& record = ray_at(ray);
+    if (!record.tied || record.state != RayState::kTraced) continue;
+    if (state_of(record.behind) == CellState::kDestroyed) continue;  // is among the lost ones
+    record.tied = false;                                             // until it is placed again
+    lists_.filter(record.behind,
+                  [&](uint32_t entry) { return entry == make_entry(ray, kEntryEnd); });
+    lost_ends_.push_back(ray);
+  }
+  for (const int32_t ray : lost_ends_) place_end(ray);
+  lost_ends_.clear();
 }
 
 // Takes up each ray where it enters the changed region.
@@ -82,6 +138,10 @@ void Tracer::retrace_cell(int32_t destroyed, const std::array<RegionEntry, 4>& e
     const int32_t ray = entry_ray(entry);
     const uint32_t code = entry_code(entry);
     if (ray_at(ray).state != RayState::kTraced) continue;
+    if (code == kEntryEnd) {
+      lost_ends_.push_back(ray);
+      continue;
+    }
     if (limit_ > 0 || ray_at(ray).degenerate || code == kEntryOther) {
       queue_whole(ray);
       continue;
@@ -153,7 +213,9 @@ void Tracer::trace_whole(int32_t ray, Visit&& visit) {
 void Tracer::retrace_whole(const TriangulationChange& change) {
   if (spoiled_) {
     for (const int32_t cell : change.created) {
-      lists_.filter(cell, [&](uint32_t entry) { return ray_at(entry_ray(entry)).degenerate; });
+      lists_.filter(cell, [&](uint32_t entry) {
+        return entry_code(entry) != kEntryEnd && ray_at(entry_ray(entry)).degenerate;
+      });
     }
   }
   for (const int32_t ray : whole_) {
@@ -172,11 +234,12 @@ void Tracer::trace(const std::vector<int32_t>& rays) {
       add(cell, ray, code);
       return true;
     });
+    place_end(ray);
   }
 }
 
 inline void Tracer::add(int32_t cell, int32_t ray, uint32_t code) {
-  if (limit_ == 0 || lists_.size(cell) < limit_) {
+  if (limit_ == 0 || lists_.constraints(cell) < limit_) {
     lists_.push(cell, make_entry(ray, code));
   } else {
     add_dissimilar(cell, ray, code);
@@ -197,8 +260,12 @@ Point3 Tracer::direction(int32_t ray) const {
 // that is closer to any third constraint.
 void Tracer::add_dissimilar(int32_t cell, int32_t ray, uint32_t code) {
   directions_.clear();
-  for (const uint32_t entry : lists_.entries(cell)) {
-    directions_.push_back(direction(entry_ray(entry)));
+  places_.clear();
+  const std::span<const uint32_t> entries = lists_.entries(cell);
+  for (size_t n = 0; n < entries.size(); ++n) {
+    if (entry_code(entries[n]) == kEntryEnd) continue;
+    directions_.push_back(direction(entry_ray(entries[n])));
+    places_.push_back(n);
   }
   directions_.push_back(direction(ray));
   const size_t count = directions_.size();
@@ -225,7 +292,7 @@ void Tracer::add_dissimilar(int32_t cell, int32_t ray, uint32_t code) {
     near_second = std::min(near_second, squared_distance(n, second));
   }
   const size_t loser = near_first < near_second ? first : second;
-  if (loser + 1 != count) lists_.replace(cell, loser, make_entry(ray, code));
+  if (loser + 1 != count) lists_.replace(cell, places_[loser], make_entry(ray, code));
 }
 
 }  // namespace foresight::carving

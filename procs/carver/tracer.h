@@ -1,5 +1,6 @@
-// Keeps the cells' constraint lists equal to "the rays that cross the cell's interior" while the
-// triangulation and the rays change. The steps of one delta, in this order:
+// Keeps the cells' lists equal to "the rays that cross the cell's interior" and "the rays that
+// would go on into the cell beyond their point" while the triangulation and the rays change. The
+// steps of one delta, in this order:
 //
 //   erase(retired)     old complex: find the cells that retired rays cross
 //   …                  the triangulation changes
@@ -33,6 +34,8 @@ class Tracer {
   void retrace(const TriangulationChange& change);
   void prune();
   void trace(const std::vector<int32_t>& rays);
+  /// After a rebuild, before trace(): all cells are new.
+  void note_all_cells();
 
   ConstraintLists& lists() { return lists_; }
   const ConstraintLists& lists() const { return lists_; }
@@ -51,6 +54,9 @@ class Tracer {
   template <class Visit>
   void trace_whole(int32_t ray, Visit&& visit);
   void retrace_whole(const TriangulationChange& change);
+  void note_cell(int32_t cell);
+  void place_end(int32_t ray);
+  void retrace_ends();
   void add(int32_t cell, int32_t ray, uint32_t code);
   void add_dissimilar(int32_t cell, int32_t ray, uint32_t code);
   Point3 direction(int32_t ray) const;
@@ -64,7 +70,10 @@ class Tracer {
   int32_t last_start_ = 0;  // a cell near the cameras, to start searches from
   bool spoiled_ = false;    // a run met a degeneracy: its ray is traced again as a whole
   std::vector<int32_t> whole_, crossed_, grazing_;
-  std::vector<Point3> directions_;  // scratch
+  std::vector<int32_t> lost_ends_, tied_;  // rays whose cell behind is gone, or is a convention
+  std::vector<int32_t> cell_by_vertex_;    // any one of them
+  std::vector<Point3> directions_;         // scratch
+  std::vector<size_t> places_;             // scratch
   int64_t runs_ = 0, traced_ = 0;
 };
 

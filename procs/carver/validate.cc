@@ -62,13 +62,18 @@ std::string Carver::Impl::validate() const {
   if (!delaunay.built()) return "";
   const auto& complex = delaunay.complex();
   const auto limit = static_cast<size_t>(std::max(0, options.max_constraints_per_cell));
-  size_t pairs = 0;
+  size_t pairs = 0, ends = 0;
   for (size_t id = 0; id < complex.cells.size(); ++id) {
     if (complex.states[id] != CellState::kKept) continue;
     const std::string name = "cell " + std::to_string(id);
-    std::vector<int32_t> listed, expected;
+    std::vector<int32_t> listed, ended, expected;
     for (const uint32_t entry : tracer.lists().entries(static_cast<int32_t>(id))) {
-      listed.push_back(carving::entry_ray(entry));
+      const int32_t ray = carving::entry_ray(entry);
+      const bool ends = carving::entry_code(entry) == carving::kEntryEnd;
+      if (ends && map.rays[static_cast<size_t>(ray)].behind != static_cast<int32_t>(id)) {
+        return name + ": lists the end of a ray that ends elsewhere";
+      }
+      (ends ? ended : listed).push_back(ray);
     }
     std::sort(listed.begin(), listed.end());
     for (size_t ray = 0; ray < map.rays.size(); ++ray) {
@@ -81,6 +86,7 @@ std::string Carver::Impl::validate() const {
       }
     }
     pairs += listed.size();
+    ends += ended.size();
     if (limit == 0 && listed != expected) {
       return name + ": lists rays" + to_text(listed) + ", brute force says" + to_text(expected);
     }
@@ -90,6 +96,10 @@ std::string Carver::Impl::validate() const {
     if (limit > 0 && listed.size() > limit) return name + ": list longer than its bound";
   }
   if (static_cast<int64_t>(pairs) != tracer.lists().pairs()) return "wrong number of pairs";
+  const auto expected_ends = std::count_if(map.rays.begin(), map.rays.end(), [](const auto& ray) {
+    return ray.state == carving::RayState::kTraced && ray.behind >= 0;
+  });
+  if (static_cast<int64_t>(ends) != expected_ends) return "wrong number of ends";
   return "";
 }
 

@@ -80,7 +80,7 @@ struct CellComplex::Journal {
     Step step;
     int32_t index;  // of the cell or vertex
     Corners corners{};
-    int32_t constraints = 0;
+    Evidence evidence{};
     double volume = 0;
     Point point{};
   };
@@ -137,6 +137,7 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
 
 void CellComplex::resize_cells(size_t limit) {
   constraints_.resize(limit, -1);
+  votes_.resize(limit);
   volumes_.resize(limit, 0);
   vertices_.resize(4 * limit, -1);
   twins_.resize(4 * limit, -1);
@@ -156,14 +157,14 @@ void CellComplex::roll_back(const Journal& journal) {
     const int32_t i = entry->index;
     switch (entry->step) {
       case Step::kCellRemoved:
-        FORESIGHT_CHECK(attach(i, entry->corners, entry->constraints, entry->volume) ==
+        FORESIGHT_CHECK(attach(i, entry->corners, entry->evidence, entry->volume) ==
                         ApplyResult::kOk);
         break;
       case Step::kCellAdded:
         detach(i);
         break;
       case Step::kCellUpdated:
-        constraints_[index(i)] = entry->constraints;
+        set_evidence(i, entry->evidence);
         break;
       case Step::kVertexRemoved:
         points_[index(i)] = entry->point;
@@ -183,13 +184,27 @@ void CellComplex::roll_back(const Journal& journal) {
 
 void CellComplex::reset() { *this = CellComplex{}; }
 
+void CellComplex::set_evidence(int32_t cell, const Evidence& evidence) {
+  constraints_[index(cell)] = evidence.constraints;
+  votes_[index(cell)] = evidence.votes;
+}
+
+bool CellComplex::Evidence::makes_sense() const {
+  int64_t crossing = votes.started;
+  for (const int32_t n : votes.entered) {
+    if (n < 0) return false;
+    crossing += n;
+  }
+  return votes.started >= 0 && votes.ended >= 0 && crossing <= constraints;
+}
+
 // ---- Single steps -------------------------------------------------------------------------------
 
 ApplyResult CellComplex::remove_cell(const int32_t& cell, Journal* journal) {
   if (cell < 0 || cell >= cell_limit() || !exists(cell)) return ApplyResult::kUnknownCell;
   Journal::Entry entry{Journal::Step::kCellRemoved, cell};
   for (int32_t k = 0; k < 4; ++k) entry.corners[index(k)] = vertex(4 * cell + k);
-  entry.constraints = constraints(cell);
+  entry.evidence = {constraints(cell), votes(cell)};
   entry.volume = volume(cell);
   journal->entries.push_back(entry);
   detach(cell);
@@ -232,7 +247,8 @@ ApplyResult CellComplex::set_vertex(const CarvingVertex& vertex, Journal* journa
 
 ApplyResult CellComplex::add_cell(const CarvingCell& cell, Journal* journal) {
   if (exists(cell.id)) return ApplyResult::kDuplicateCell;
-  if (cell.constraints < 0) return ApplyResult::kBadConstraints;
+  const Evidence evidence{cell.constraints, cell.votes};
+  if (!evidence.makes_sense()) return ApplyResult::kBadConstraints;
   Corners corners{};
   const ApplyResult found = find_corners(cell, &corners);
   if (found != ApplyResult::kOk) return found;
@@ -240,7 +256,7 @@ ApplyResult CellComplex::add_cell(const CarvingCell& cell, Journal* journal) {
   for (size_t k = 0; k < 4; ++k) positions[k] = position_in_map(corners[k]).cast<double>();
   const std::optional<double> volume = checked_volume(positions);
   if (!volume) return ApplyResult::kInvertedCell;
-  const ApplyResult result = attach(cell.id, corners, cell.constraints, *volume);
+  const ApplyResult result = attach(cell.id, corners, evidence, *volume);
   if (result == ApplyResult::kOk) {
     journal->entries.push_back({Journal::Step::kCellAdded, cell.id});
   }
@@ -251,11 +267,12 @@ ApplyResult CellComplex::update_cell(const CarvingCellUpdate& update, Journal* j
   if (update.id < 0 || update.id >= cell_limit() || !exists(update.id)) {
     return ApplyResult::kUnknownCell;
   }
-  if (update.constraints < 0) return ApplyResult::kBadConstraints;
+  const Evidence evidence{update.constraints, update.votes};
+  if (!evidence.makes_sense()) return ApplyResult::kBadConstraints;
   Journal::Entry entry{Journal::Step::kCellUpdated, update.id};
-  entry.constraints = constraints(update.id);
+  entry.evidence = {constraints(update.id), votes(update.id)};
   journal->entries.push_back(entry);
-  constraints_[index(update.id)] = update.constraints;
+  set_evidence(update.id, evidence);
   return ApplyResult::kOk;
 }
 
@@ -283,7 +300,7 @@ int32_t CellComplex::new_point() {
 
 // ---- Neighbours ---------------------------------------------------------------------------------
 
-ApplyResult CellComplex::attach(int32_t cell, const Corners& corners, int32_t constraints,
+ApplyResult CellComplex::attach(int32_t cell, const Corners& corners, const Evidence& evidence,
                                 double volume) {
   for (int32_t k = 0; k < 4; ++k) {
     vertices_[index(4 * cell + k)] = corners[static_cast<size_t>(k)];
@@ -295,7 +312,7 @@ ApplyResult CellComplex::attach(int32_t cell, const Corners& corners, int32_t co
     return result;
   }
   for (const int32_t corner : corners) ++points_[index(corner)].degree;
-  constraints_[index(cell)] = constraints;
+  set_evidence(cell, evidence);
   volumes_[index(cell)] = volume;
   ++cell_count_;
   return ApplyResult::kOk;

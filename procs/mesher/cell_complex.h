@@ -36,7 +36,7 @@ enum class ApplyResult {
   kVertexIdOutOfRange,  // below the last hull corner
   kVertexInUse,         // removed or moved, but cells still hang on it
   kBadPosition,         // not finite
-  kBadConstraints,      // negative count
+  kBadConstraints,      // negative count, or more votes than constraints
   kRepeatedVertex,      // within one cell
   kInvertedCell,        // negatively oriented, beyond what rounding positions to float explains
   kCrowdedFacet,        // more than two cells on one facet
@@ -60,6 +60,8 @@ class CellComplex {
 
   bool exists(int32_t cell) const { return constraints_[index(cell)] >= 0; }
   int32_t constraints(int32_t cell) const { return constraints_[index(cell)]; }
+  /// What the constraints say of the cell; CellVotes::entered by the facet's place in the cell.
+  const CellVotes& votes(int32_t cell) const { return votes_[index(cell)]; }
   double volume(int32_t cell) const { return volumes_[index(cell)]; }  // mu³, ≥ 0
 
   /// The facet from the other side, or −1 on the hull.
@@ -88,6 +90,11 @@ class CellComplex {
     bool exists = false;
   };
   using Corners = std::array<int32_t, 4>;
+  struct Evidence {
+    int32_t constraints = 0;
+    CellVotes votes;
+    bool makes_sense() const;
+  };
   /// What apply() did so far, to be undone from the end.
   struct Journal;
 
@@ -103,7 +110,8 @@ class CellComplex {
   void roll_back(const Journal& journal);
 
   ApplyResult find_corners(const CarvingCell& cell, Corners* corners) const;
-  ApplyResult attach(int32_t cell, const Corners& corners, int32_t constraints, double volume);
+  ApplyResult attach(int32_t cell, const Corners& corners, const Evidence& evidence, double volume);
+  void set_evidence(int32_t cell, const Evidence& evidence);
   void detach(int32_t cell);
   ApplyResult attach_facet(int32_t slot);
   void detach_facet(int32_t slot);
@@ -113,6 +121,7 @@ class CellComplex {
 
   // By cell.
   std::vector<int32_t> constraints_;  // −1: no such cell
+  std::vector<CellVotes> votes_;
   std::vector<double> volumes_;
   // By slot.
   std::vector<int32_t> vertices_;

@@ -9,17 +9,6 @@
 namespace foresight {
 namespace {
 
-/// The sum of all capacities is brought to about 2^58 by a power of two: the finest resolution that
-/// cannot overflow, and the same labels when all coordinates are scaled by a power of two.
-double capacity_scale(double total) {
-  if (!(total > 0)) return 1;
-  return std::ldexp(1.0, 58 - std::ilogb(total));
-}
-
-MaxFlow::Capacity to_capacity(double scaled) {
-  return static_cast<MaxFlow::Capacity>(std::llround(scaled));
-}
-
 double median(std::vector<double>* values) {
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
   std::nth_element(values->begin(), middle, values->end());
@@ -31,6 +20,10 @@ double median(std::vector<double>* values) {
 Mesher::Mesher(const MesherOptions& options) : options_(options) {
   FORESIGHT_CHECK(std::isfinite(options.lambda) && options.lambda >= 0);
   FORESIGHT_CHECK(options.min_constraints >= 1);
+  const VisibilityWeights& w = options.visibility;
+  for (const double weight : {w.surface, w.shape, w.pocket}) {
+    FORESIGHT_CHECK(std::isfinite(weight) && weight >= 0 && weight <= kMaxVisibilityWeight);
+  }
 }
 
 void Mesher::reset() {
@@ -47,8 +40,11 @@ Mesh Mesher::update() {
   const bool relative = options_.lambda_unit == LambdaUnit::kRelative;
   statistics_.lambda_mu = options_.lambda * (relative ? statistics_.scene_size_mu : 1.0);
   switch (options_.energy) {
+    case Energy::kVisibility:
+      weigh_by_visibility(complex_, options_.visibility, &flow_);
+      break;
     case Energy::kVolume:
-      build_volume_graph();
+      weigh_by_volume(complex_, statistics_.lambda_mu, options_.min_constraints, &flow_);
       break;
   }
   flow_.solve();
@@ -79,40 +75,6 @@ double Mesher::scene_size() const {
     distances[i] = (Eigen::Vector3d(axes[0][i], axes[1][i], axes[2][i]) - centre).norm();
   }
   return median(&distances);
-}
-
-// ---- Eq. (1) as a graph (Fig. 4) ----------------------------------------------------------------
-
-/// n-links λ·A both ways; a t-link of V to the label of the carving; λ·A to the sink from cells on
-/// the hull. A t-link that exceeds the cell's n-links decides its label, however large it is: it is
-/// cut to just above their sum, which keeps huge hull cells from eating up the resolution.
-void Mesher::build_volume_graph() {
-  const int32_t cells = complex_.cell_limit();
-  const double lambda = statistics_.lambda_mu;
-  double total_area = 0;
-  for (int32_t slot = 0; slot < 4 * cells; ++slot) {
-    if (complex_.exists(slot / 4)) total_area += complex_.area(slot);
-  }
-  const double scale = capacity_scale(lambda * total_area);
-  flow_.reset(cells);
-  for (int32_t cell = 0; cell < cells; ++cell) {
-    if (!complex_.exists(cell)) continue;
-    MaxFlow::Capacity links = 0;
-    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
-      const MaxFlow::Capacity capacity = to_capacity(scale * lambda * complex_.area(slot));
-      const int32_t twin = complex_.twin(slot);
-      links += capacity;
-      if (twin < 0) {
-        flow_.add_terminal(cell, -capacity);
-      } else if (slot < twin) {
-        flow_.connect(slot, twin, capacity, capacity);
-      }
-    }
-    const double volume = scale * complex_.volume(cell);
-    const bool heavy = links == 0 || volume > static_cast<double>(links);
-    const MaxFlow::Capacity weight = heavy ? links + 1 : to_capacity(volume);
-    flow_.add_terminal(cell, input_carved(cell) ? weight : -weight);
-  }
 }
 
 void Mesher::read_labels() {

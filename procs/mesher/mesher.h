@@ -1,13 +1,15 @@
-// From the raw carving to a regularised, closed mesh (paper §II-A, eq. 1, Fig. 4).
+// From the raw carving to a regularised, closed mesh (paper §II-A, Fig. 4).
 //
-// The labelling of the cells minimises
+// The cells are labelled carved or not by the cheapest cut of their graph, and the mesh is the
+// boundary. What is cheap: what contradicts few rays (Energy::kVisibility, the default), or eq.
+// (1),
 //     E(u) = Σ volume of cells whose label differs from the carving
-//          + λ · area between carved and uncarved cells,
-// and the mesh is that boundary. Outside the hull nothing is carved, hull facets of carved cells
+//          + λ · area between carved and uncarved cells.
+// Outside the hull nothing is carved, hull facets of carved cells
 // count as boundary. Among equal minima the one with the least carved space is taken, so the
 // labels depend on nothing but the complex and the options.
 //
-//   Mesher mesher({.lambda = 0.01, .lambda_unit = LambdaUnit::kRelative});
+//   Mesher mesher(MesherOptions{});
 //   if (mesher.apply(delta) != ApplyResult::kOk) request_snapshot();
 //   const Mesh mesh = mesher.update();
 //
@@ -20,6 +22,7 @@
 #include "common/carving_delta.h"
 #include "common/mesh.h"
 #include "procs/mesher/cell_complex.h"
+#include "procs/mesher/energies.h"
 #include "procs/mesher/isosurface.h"
 #include "procs/mesher/max_flow.h"
 
@@ -33,15 +36,18 @@ enum class LambdaUnit {
 
 /// What is minimised.
 enum class Energy {
-  kVolume,  // eq. (1)
+  kVisibility,  // votes of the rays, see weigh_by_visibility()
+  kVolume,      // eq. (1)
 };
 
 struct MesherOptions {
+  Energy energy = Energy::kVisibility;
+  VisibilityWeights visibility = {};
+  // Of eq. (1):
   /// Weight of the surface area, ≥ 0; 0 keeps the raw carving. Larger is smoother; cells with
   /// volume/area well below λ follow their neighbours.
   double lambda = 0.002;
   LambdaUnit lambda_unit = LambdaUnit::kRelative;
-  Energy energy = Energy::kVolume;
   /// A cell counts as carved in the data term with at least this many constraints, ≥ 1. More than
   /// one resists outliers, but keeps what only one ray has carved.
   int32_t min_constraints = 1;
@@ -60,7 +66,7 @@ struct CutStatistics {
   double lambda_mu = 0;           // λ in map units
   double changed_volume_mu3 = 0;  // first term of E
   double surface_area_mu2 = 0;    // the mesh's area: second term of E, without λ
-  double energy_mu3 = 0;          // E
+  double energy_mu3 = 0;          // E of eq. (1)
   int32_t split_vertices = 0;     // see Isosurface
   int32_t split_edges = 0;
 };
@@ -86,7 +92,6 @@ class Mesher {
     return complex_.constraints(cell) >= options_.min_constraints;
   }
   double scene_size() const;
-  void build_volume_graph();
   void read_labels();
   void measure_energy();
 

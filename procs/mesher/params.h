@@ -8,6 +8,8 @@
 namespace foresight {
 
 struct MesherParams {
+  std::string energy = "visibility";
+  VisibilityWeights visibility;
   double lambda = MesherOptions{}.lambda;
   std::string lambda_unit = "relative";
   int min_constraints = 1;
@@ -16,6 +18,8 @@ struct MesherParams {
 
   MesherOptions options() const {
     MesherOptions o;
+    o.energy = energy == "volume" ? Energy::kVolume : Energy::kVisibility;
+    o.visibility = visibility;
     o.lambda = lambda;
     o.lambda_unit = lambda_unit == "map_unit" ? LambdaUnit::kMapUnit : LambdaUnit::kRelative;
     o.min_constraints = min_constraints;
@@ -24,11 +28,30 @@ struct MesherParams {
 
   template <class V>
   void visit(V& v) {
+    v("energy", energy,
+      {.choices = {"visibility", "volume"},
+       .doc = "what the surface minimises: contradiction to the rays, or eq. (1) of the paper"});
+    v("surface_weight", visibility.surface,
+      {.unit = "rays",
+       .min = 0,
+       .max = kMaxVisibilityWeight,
+       .doc = "visibility: what the surface behind a point weighs, per ray that ends at it"});
+    v("shape_weight", visibility.shape,
+      {.unit = "rays",
+       .min = 0,
+       .max = kMaxVisibilityWeight,
+       .doc = "visibility: what a facet weighs that bridges a gap; larger is smoother"});
+    v("pocket_weight", visibility.pocket,
+      {.unit = "rays",
+       .min = 0,
+       .max = kMaxVisibilityWeight,
+       .doc = "visibility: opens cells between crossed ones that no ray happened to cross"});
     v("lambda", lambda,
       {.unit = "see lambda_unit",
        .min = 0,
        .max = 1e3,
-       .doc = "weight of the surface's area in eq. (1); larger is smoother (the paper: 0.75 mu)"});
+       .doc = "volume: weight of the surface's area in eq. (1); larger is smoother (the paper: "
+              "0.75 mu)"});
     v("lambda_unit", lambda_unit,
       {.choices = {"relative", "map_unit"},
        .doc = "of lambda: shares of the scene's size (the same at every map scale), or map units"});
@@ -36,7 +59,7 @@ struct MesherParams {
       {.unit = "1",
        .min = 1,
        .max = 100,
-       .doc = "a cell counts as carved with at least so many constraints"});
+       .doc = "volume: a cell counts as carved with at least so many constraints"});
     v("rate_hz", rate_hz,
       {.unit = "Hz", .min = 0.05, .max = 30, .doc = "meshes per second at most (the paper: 1)"});
     v("export_ply", export_ply,

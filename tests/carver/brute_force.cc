@@ -54,6 +54,62 @@ bool crosses(const std::array<Point, 4>& cell, const Segment& segment) {
   return low < high;
 }
 
+// Which facet (opposite corner k) does the segment come in by, strictly inside it? −1: none.
+int entry_facet(const std::array<Point, 4>& cell, const Segment& segment) {
+  for (size_t k = 0; k < 4; ++k) {
+    const std::array<const Point*, 3> f{&cell[(k + 1) % 4], &cell[(k + 2) % 4], &cell[(k + 3) % 4]};
+    const auto inside = CGAL::orientation(*f[0], *f[1], *f[2], cell[k]);
+    if (CGAL::orientation(*f[0], *f[1], *f[2], segment.from) != -inside) continue;
+    if (CGAL::orientation(*f[0], *f[1], *f[2], segment.to) != inside) continue;
+    const auto turn = [&](size_t n) {
+      return CGAL::orientation(segment.from, segment.to, *f[n], *f[(n + 1) % 3]);
+    };
+    if (turn(0) != CGAL::ZERO && turn(0) == turn(1) && turn(1) == turn(2)) {
+      return static_cast<int>(k);
+    }
+  }
+  return -1;
+}
+
+// The camera is inside, or on the border and the segment sets out into the cell.
+bool starts_in(const std::array<Point, 4>& cell, const Segment& segment) {
+  for (size_t k = 0; k < 4; ++k) {
+    const Point &a = cell[(k + 1) % 4], &b = cell[(k + 2) % 4], &c = cell[(k + 3) % 4];
+    const auto inside = CGAL::orientation(a, b, c, cell[k]);
+    const auto from = CGAL::orientation(a, b, c, segment.from);
+    if (from == -inside) return false;
+    if (from == CGAL::ZERO && CGAL::orientation(a, b, c, segment.to) != inside) return false;
+  }
+  return true;
+}
+
+// The segment ends at a corner and would go on into the cell; closed: or along its border.
+bool ends_before(const std::array<Point, 4>& cell, const Segment& segment, bool closed) {
+  if (segment.from == segment.to) return false;
+  const auto corner = std::find(cell.begin(), cell.end(), segment.to);
+  if (corner == cell.end()) return false;
+  for (size_t k = 0; k < 4; ++k) {
+    if (&cell[k] == &*corner) continue;
+    const Point &a = cell[(k + 1) % 4], &b = cell[(k + 2) % 4], &c = cell[(k + 3) % 4];
+    const auto inside = CGAL::orientation(a, b, c, cell[k]);
+    const auto from = CGAL::orientation(a, b, c, segment.from);
+    if (from == inside || (from == CGAL::ZERO && !closed)) return false;
+  }
+  return true;
+}
+
+CellFacts facts_of(const std::array<Point, 4>& cell, const std::vector<Segment>& segments) {
+  CellFacts facts{0, {}};
+  for (const Segment& segment : segments) {
+    if (!crosses(cell, segment)) continue;
+    ++facts.constraints;
+    const int facet = entry_facet(cell, segment);
+    if (facet >= 0) ++facts.votes.entered[static_cast<size_t>(facet)];
+    if (facet < 0 && starts_in(cell, segment)) ++facts.votes.started;
+  }
+  return facts;
+}
+
 Point to_point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
@@ -75,17 +131,33 @@ Carving carve_by_brute_force(const MapModel& map,
                         to_point(map.points.at(seen.point_id).cast<double>())});
   }
   Carving carving;
+  std::map<std::array<Point, 4>, std::array<int32_t, 4>> keys;  // by the corners in order
+  std::vector<std::array<Point, 4>> cells;
   for (const auto cell : triangulation.finite_cell_handles()) {
-    std::array<int32_t, 4> key{};
-    std::array<Point, 4> corners;
+    std::array<std::pair<int32_t, Point>, 4> corners;
     for (size_t i = 0; i < 4; ++i) {
-      key[i] = cell->vertex(static_cast<int>(i))->info();
-      corners[i] = cell->vertex(static_cast<int>(i))->point();
+      const auto vertex = cell->vertex(static_cast<int>(i));
+      corners[i] = {vertex->info(), vertex->point()};
     }
-    std::sort(key.begin(), key.end());
-    carving[key] = static_cast<int32_t>(
-        std::count_if(segments.begin(), segments.end(),
-                      [&](const Segment& segment) { return crosses(corners, segment); }));
+    std::sort(corners.begin(), corners.end());
+    std::array<int32_t, 4> key{};
+    std::array<Point, 4> points;
+    for (size_t i = 0; i < 4; ++i) std::tie(key[i], points[i]) = corners[i];
+    carving[key] = facts_of(points, segments);
+    std::sort(points.begin(), points.end());
+    keys[points] = key;
+    cells.push_back(points);
+  }
+  std::sort(cells.begin(), cells.end());
+  for (const Segment& segment : segments) {
+    const auto strict = std::find_if(cells.begin(), cells.end(), [&](const auto& cell) {
+      return ends_before(cell, segment, false);
+    });
+    const auto tied = std::find_if(cells.begin(), cells.end(), [&](const auto& cell) {
+      return ends_before(cell, segment, true);
+    });
+    const auto behind = strict != cells.end() ? strict : tied;
+    if (behind != cells.end()) ++carving[keys.at(*behind)].votes.ended;
   }
   return carving;
 }

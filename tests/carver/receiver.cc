@@ -32,8 +32,11 @@ std::string Receiver::apply(const CarvingDelta& delta) {
     const auto at = cells_.find(update.id);
     if (at == cells_.end()) return "updates an unknown cell";
     if (!updated.insert(update.id).second) return "updates a cell twice";
-    if (at->second.constraints == update.constraints) return "updates a cell to what it is";
+    if (at->second.constraints == update.constraints && at->second.votes == update.votes) {
+      return "updates a cell to what it is";
+    }
     at->second.constraints = update.constraints;
+    at->second.votes = update.votes;
   }
   return check();
 }
@@ -65,18 +68,23 @@ std::string Receiver::check() const {
   return cells_.empty() || border == 12 ? "" : "the cells do not tile the hull";
 }
 
+std::string to_text(const CellFacts& facts) {
+  std::string text = std::to_string(facts.constraints) + " [";
+  for (const int32_t n : facts.votes.entered) text += std::to_string(n) + " ";
+  return text + "| " + std::to_string(facts.votes.started) + " | " +
+         std::to_string(facts.votes.ended) + "]";
+}
+
 std::string differences(const Carving& actual, const Carving& expected) {
-  std::map<std::array<int32_t, 4>, std::array<int32_t, 2>> counts;
-  for (const auto& [key, count] : actual) counts[key] = {count, -1};
-  for (const auto& [key, count] : expected) {
-    counts.try_emplace(key, std::array{-1, -1}).first->second[1] = count;
-  }
+  std::map<std::array<int32_t, 4>, std::array<CellFacts, 2>> counts;
+  for (const auto& [key, facts] : actual) counts[key][0] = facts;
+  for (const auto& [key, facts] : expected) counts[key][1] = facts;
   std::string text;
   for (const auto& [key, pair] : counts) {
     if (pair[0] == pair[1]) continue;
     text += "(";
     for (const int32_t vertex : key) text += std::to_string(vertex) + " ";
-    text += ") " + std::to_string(pair[0]) + " not " + std::to_string(pair[1]) + "; ";
+    text += ") " + to_text(pair[0]) + " not " + to_text(pair[1]) + "; ";
   }
   return text;
 }
@@ -86,7 +94,12 @@ Carving Receiver::carving() const {
   for (const auto& [id, cell] : cells_) {
     std::array<int32_t, 4> key = cell.vertices;
     std::sort(key.begin(), key.end());
-    carving[key] = cell.constraints;
+    CellFacts facts{cell.constraints, cell.votes};
+    for (size_t i = 0; i < 4; ++i) {
+      const auto k = std::find(cell.vertices.begin(), cell.vertices.end(), key[i]);
+      facts.votes.entered[i] = cell.votes.entered[static_cast<size_t>(k - cell.vertices.begin())];
+    }
+    carving[key] = facts;
   }
   return carving;
 }

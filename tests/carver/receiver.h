@@ -9,10 +9,17 @@
 
 namespace foresight::carver_test {
 
-/// Cells by their vertex ids in ascending order → number of constraints.
-using Carving = std::map<std::array<int32_t, 4>, int32_t>;
+/// What is known of a cell: number of constraints, and votes in the order of its vertex ids.
+struct CellFacts {
+  int32_t constraints = -1;  // −1: no such cell
+  CellVotes votes = {};
+  bool operator==(const CellFacts&) const = default;
+};
+/// By vertex ids in ascending order.
+using Carving = std::map<std::array<int32_t, 4>, CellFacts>;
 
-/// Empty if equal, else the cells that differ: "(a b c d) 3 not 5; …" (−1 = no such cell).
+/// Empty if equal, else the cells that differ: "(a b c d) 3 not 5; …" (−1 = no such cell), votes
+/// behind.
 std::string differences(const Carving& actual, const Carving& expected);
 
 class Receiver {

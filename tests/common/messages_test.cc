@@ -33,8 +33,8 @@ CarvingDelta random_carving_delta(int size) {
     delta.cells_removed.push_back(i);
     delta.vertices_removed.push_back(-i);
     delta.vertices_set.push_back({i - 8, Eigen::Vector3f::Random()});
-    delta.cells_added.push_back({i, {-8, i, i + 1, i + 2}, i % 3});
-    delta.cells_updated.push_back({i, 2 * i});
+    delta.cells_added.push_back({i, {-8, i, i + 1, i + 2}, i % 3, {{i, 1, 2, 3}, i % 5, i % 7}});
+    delta.cells_updated.push_back({i, 2 * i, {{3, 2, 1, i}, i % 11, i % 13}});
   }
   return delta;
 }
@@ -73,10 +73,12 @@ void expect_equal(const CarvingDelta& a, const CarvingDelta& b) {
     EXPECT_EQ(a.cells_added[i].id, b.cells_added[i].id);
     EXPECT_EQ(a.cells_added[i].vertices, b.cells_added[i].vertices);
     EXPECT_EQ(a.cells_added[i].constraints, b.cells_added[i].constraints);
+    EXPECT_EQ(a.cells_added[i].votes, b.cells_added[i].votes);
   }
   for (size_t i = 0; i < a.cells_updated.size(); ++i) {
     EXPECT_EQ(a.cells_updated[i].id, b.cells_updated[i].id);
     EXPECT_EQ(a.cells_updated[i].constraints, b.cells_updated[i].constraints);
+    EXPECT_EQ(a.cells_updated[i].votes, b.cells_updated[i].votes);
   }
 }
 

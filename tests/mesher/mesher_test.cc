@@ -98,7 +98,8 @@ TEST(Mesher, FindsTheMinimumOfEquationOneAmongAllLabelings) {
     if (cells > 14) continue;
     const double lambda = 0.02 * (1 + trial % 8);
     const int32_t min_constraints = 1 + static_cast<int32_t>(trial % 3);
-    Mesher mesher({.lambda = lambda,
+    Mesher mesher({.energy = Energy::kVolume,
+                   .lambda = lambda,
                    .lambda_unit = LambdaUnit::kMapUnit,
                    .min_constraints = min_constraints});
     ASSERT_EQ(mesher.apply(snapshot), ApplyResult::kOk);
@@ -120,7 +121,7 @@ TEST(Mesher, FindsTheMinimumOfEquationOneAmongAllLabelings) {
 
 TEST(Mesher, ZeroLambdaKeepsTheCarving) {
   DelaunayCarving carving = ball_carving(400, 1);
-  Mesher mesher({.lambda = 0});
+  Mesher mesher({.energy = Energy::kVolume, .lambda = 0});
   ASSERT_EQ(mesher.apply(carving.take_delta()), ApplyResult::kOk);
   mesher.update();
   EXPECT_EQ(mesher.statistics().changed_cells, 0);
@@ -132,7 +133,7 @@ TEST(Mesher, LargerLambdaGivesLessArea) {
   const CarvingDelta delta = carving.take_delta();
   double previous = std::numeric_limits<double>::infinity();
   for (const double lambda : {0.0, 0.001, 0.01, 0.1, 1.0, 100.0}) {
-    Mesher mesher({.lambda = lambda});
+    Mesher mesher({.energy = Energy::kVolume, .lambda = lambda});
     ASSERT_EQ(mesher.apply(delta), ApplyResult::kOk);
     const Mesh mesh = mesher.update();
     const MeshDefects defects = find_defects(mesh);
@@ -149,7 +150,7 @@ TEST(Mesher, MinConstraintsIgnoresLonelyRays) {
   const CarvingDelta delta = carving.take_delta();
   int32_t expected = 0;
   for (const CarvingCell& cell : delta.cells_added) expected += cell.constraints >= 3;
-  Mesher mesher({.lambda = 0, .min_constraints = 3});
+  Mesher mesher({.energy = Energy::kVolume, .lambda = 0, .min_constraints = 3});
   ASSERT_EQ(mesher.apply(delta), ApplyResult::kOk);
   mesher.update();
   EXPECT_EQ(mesher.statistics().input_carved_cells, expected);
@@ -162,13 +163,13 @@ TEST(Mesher, MinConstraintsIgnoresLonelyRays) {
 TEST(Mesher, LabelsDoNotDependOnTheScaleOfTheMap) {
   DelaunayCarving carving = ball_carving(2000, 4);
   const CarvingDelta delta = carving.take_delta();
-  Mesher reference({.lambda = 0.02});
+  Mesher reference({.energy = Energy::kVolume, .lambda = 0.02});
   ASSERT_EQ(reference.apply(delta), ApplyResult::kOk);
   reference.update();
   EXPECT_GT(reference.statistics().changed_cells, 100);
   EXPECT_NEAR(reference.statistics().scene_size_mu, 1, 0.05);
   for (const float factor : {1e-3f, 1e-2f, 0x1p-10f, 0.1f, 10.f, 0x1p10f, 1e2f, 1e3f}) {
-    Mesher mesher({.lambda = 0.02});
+    Mesher mesher({.energy = Energy::kVolume, .lambda = 0.02});
     ASSERT_EQ(mesher.apply(scaled(delta, factor)), ApplyResult::kOk);
     mesher.update();
     EXPECT_EQ(mesher.carved(), reference.carved()) << "factor " << factor;
@@ -180,8 +181,9 @@ TEST(Mesher, LabelsDoNotDependOnTheScaleOfTheMap) {
 TEST(Mesher, MapUnitLambdaScalesWithTheMap) {
   DelaunayCarving carving = ball_carving(500, 5);
   const CarvingDelta delta = carving.take_delta();
-  Mesher small({.lambda = 0.02, .lambda_unit = LambdaUnit::kMapUnit});
-  Mesher large({.lambda = 0.02 * 1024, .lambda_unit = LambdaUnit::kMapUnit});
+  Mesher small({.energy = Energy::kVolume, .lambda = 0.02, .lambda_unit = LambdaUnit::kMapUnit});
+  Mesher large(
+      {.energy = Energy::kVolume, .lambda = 0.02 * 1024, .lambda_unit = LambdaUnit::kMapUnit});
   ASSERT_EQ(small.apply(delta), ApplyResult::kOk);
   ASSERT_EQ(large.apply(scaled(delta, 1024)), ApplyResult::kOk);
   small.update();
@@ -201,7 +203,7 @@ TEST(Mesher, HugeHullDoesNotEatUpTheResolution) {
       carving.set_point(i, 0.5f * Eigen::Vector3f(x, y, z).normalized());
     }
     carving.carve_at_random(0.4, 6);
-    Mesher mesher({.lambda = 0.01, .lambda_unit = LambdaUnit::kMapUnit});
+    Mesher mesher({.energy = Energy::kVolume, .lambda = 0.01, .lambda_unit = LambdaUnit::kMapUnit});
     ASSERT_EQ(mesher.apply(carving.snapshot()), ApplyResult::kOk);
     mesher.update();
     const double expected = energy_of_labels(mesher, 0.01, 1);
@@ -218,7 +220,7 @@ TEST(Mesher, DeltasEqualFromScratch) {
   std::uniform_real_distribution<float> coordinate(-1, 1);
   DelaunayCarving carving;
   carving.add_hull_corners(20);
-  Mesher mesher({.lambda = 0.01});
+  Mesher mesher({.energy = Energy::kVolume, .lambda = 0.01});
   for (int step = 0; step < 40; ++step) {
     for (int change = 0; change < 10; ++change) {
       const auto id = static_cast<int32_t>(random() % 200);
@@ -230,7 +232,7 @@ TEST(Mesher, DeltasEqualFromScratch) {
     const Mesh mesh = mesher.update();
     EXPECT_EQ(find_defects(mesh).non_manifold_edges, 0);
     EXPECT_TRUE(find_defects(mesh).closed_and_oriented());
-    Mesher fresh({.lambda = 0.01});
+    Mesher fresh({.energy = Energy::kVolume, .lambda = 0.01});
     ASSERT_EQ(fresh.apply(carving.snapshot()), ApplyResult::kOk);
     const Mesh expected = fresh.update();
     EXPECT_EQ(mesh.triangles.size(), expected.triangles.size());

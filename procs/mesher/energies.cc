@@ -1,0 +1,159 @@
+#include "procs/mesher/energies.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace foresight {
+namespace {
+
+using Capacity = MaxFlow::Capacity;
+
+/// The sum of all capacities is brought to about 2^58 by a power of two: the finest resolution that
+/// cannot overflow, and the same labels when all coordinates are scaled by a power of two.
+double capacity_scale(double total) {
+  if (!(total > 0)) return 1;
+  return std::ldexp(1.0, 58 - std::ilogb(total));
+}
+
+MaxFlow::Capacity to_capacity(double scaled) {
+  return static_cast<MaxFlow::Capacity>(std::llround(scaled));
+}
+
+// ---- Visibility
+// -----------------------------------------------------------------------------------
+
+constexpr double kVote = 1 << 20;  // capacity of one ray: weights are kept to a millionth of it
+constexpr Capacity kCertain = Capacity{1} << 48;  // more than all rays of a map together
+
+Capacity votes(double count) { return to_capacity(kVote * count); }
+
+/// By slot: cosine of the angle between the facet and its cell's circumsphere; positive if the
+/// sphere's centre is on the cell's side. Small empty spheres beside a large facet, cosine −1: the
+/// facet bridges a gap. Cells that rounding made flat count as −1.
+std::vector<float> circumsphere_cosines(const CellComplex& complex) {
+  std::vector<float> cosines(4 * static_cast<size_t>(complex.cell_limit()), -1);
+  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
+    if (!complex.exists(cell)) continue;
+    std::array<Eigen::Vector3d, 4> p;
+    for (int32_t k = 0; k < 4; ++k) {
+      p[static_cast<size_t>(k)] =
+          complex.position_in_map(complex.vertex(4 * cell + k)).cast<double>();
+    }
+    const Eigen::Vector3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
+    const Eigen::Vector3d bc = b.cross(c);
+    const double determinant = 2 * a.dot(bc);
+    if (!(determinant > 0)) continue;
+    const Eigen::Vector3d centre =
+        (a.squaredNorm() * bc + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b)) /
+        determinant;
+    const double radius = centre.norm();
+    for (int32_t k = 0; k < 4; ++k) {
+      const auto& f = kFacetCorners[static_cast<size_t>(k)];
+      const Eigen::Vector3d& q = p[static_cast<size_t>(f[0])];
+      const Eigen::Vector3d outward =
+          (p[static_cast<size_t>(f[1])] - q).cross(p[static_cast<size_t>(f[2])] - q);
+      const double cosine = outward.dot(q - p[0] - centre) / (outward.norm() * radius);
+      if (!std::isfinite(cosine)) continue;
+      cosines[static_cast<size_t>(4 * cell + k)] =
+          static_cast<float>(std::clamp(cosine, -1.0, 1.0));
+    }
+  }
+  return cosines;
+}
+
+bool at_hull(const CellComplex& complex, int32_t cell) {
+  for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+    if (complex.vertex_id(complex.vertex(slot)) < 0) return true;
+  }
+  return false;
+}
+
+double pocket_weight(const CellComplex& complex, int32_t cell, double weight) {
+  if (complex.constraints(cell) > 0 || at_hull(complex, cell)) return 0;
+  int crossed = 0;
+  for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+    crossed += complex.twin(slot) >= 0 && complex.constraints(complex.twin(slot) / 4) > 0;
+  }
+  constexpr std::array<double, 5> kShare{0, 0.2, 1, 2, 2};
+  return weight * kShare[static_cast<size_t>(crossed)];
+}
+
+/// Rays that came in by an edge or a vertex crossed no facet: they speak for the cell itself.
+Capacity free_votes(const CellComplex& complex, int32_t cell) {
+  const CellVotes& v = complex.votes(cell);
+  if (v.started > 0) return kCertain;
+  const int64_t by_facet = int64_t{v.entered[0]} + v.entered[1] + v.entered[2] + v.entered[3];
+  return votes(static_cast<double>(complex.constraints(cell) - by_facet));
+}
+
+Capacity entering(const CellComplex& complex, int32_t slot) {
+  return votes(complex.votes(slot / 4).entered[static_cast<size_t>(slot % 4)]);
+}
+
+}  // namespace
+
+void weigh_by_visibility(const CellComplex& complex, const VisibilityWeights& weights,
+                         MaxFlow* flow) {
+  const std::vector<float> cosines = circumsphere_cosines(complex);
+  const auto shape = [&](int32_t slot, int32_t twin) {
+    const float worse =
+        std::min(cosines[static_cast<size_t>(slot)], cosines[static_cast<size_t>(twin)]);
+    return votes(weights.shape * (1 - static_cast<double>(worse)));
+  };
+  flow->reset(complex.cell_limit());
+  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
+    if (!complex.exists(cell)) continue;
+    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+      const int32_t twin = complex.twin(slot);
+      if (twin < 0) {
+        flow->add_terminal(cell, -votes(weights.shape));
+      } else if (slot < twin) {
+        // Cut from a free cell to one that is not: by the rays that enter the latter here.
+        const Capacity bad = shape(slot, twin);
+        flow->connect(slot, twin, entering(complex, twin) + bad, entering(complex, slot) + bad);
+      }
+    }
+    flow->add_terminal(cell, free_votes(complex, cell));
+    flow->add_terminal(cell, votes(pocket_weight(complex, cell, weights.pocket)));
+    flow->add_terminal(cell, -votes(weights.surface * complex.votes(cell).ended));
+  }
+}
+
+// ---- Eq. (1)
+// --------------------------------------------------------------------------------------
+
+// A t-link that exceeds the cell's n-links decides its label, however large it is: it is cut to
+// just above their sum, which keeps huge hull cells from eating up the resolution.
+void weigh_by_volume(const CellComplex& complex, double lambda_mu, int32_t min_constraints,
+                     MaxFlow* flow) {
+  const int32_t cells = complex.cell_limit();
+  double total_area = 0;
+  for (int32_t slot = 0; slot < 4 * cells; ++slot) {
+    if (complex.exists(slot / 4)) total_area += complex.area(slot);
+  }
+  const double scale = capacity_scale(lambda_mu * total_area);
+  flow->reset(cells);
+  for (int32_t cell = 0; cell < cells; ++cell) {
+    if (!complex.exists(cell)) continue;
+    Capacity links = 0;
+    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+      const Capacity capacity = to_capacity(scale * lambda_mu * complex.area(slot));
+      const int32_t twin = complex.twin(slot);
+      links += capacity;
+      if (twin < 0) {
+        flow->add_terminal(cell, -capacity);
+      } else if (slot < twin) {
+        flow->connect(slot, twin, capacity, capacity);
+      }
+    }
+    const double volume = scale * complex.volume(cell);
+    const bool heavy = links == 0 || volume > static_cast<double>(links);
+    const Capacity weight = heavy ? links + 1 : to_capacity(volume);
+    flow->add_terminal(cell, complex.constraints(cell) >= min_constraints ? weight : -weight);
+  }
+}
+
+}  // namespace foresight

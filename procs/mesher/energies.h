@@ -1,0 +1,36 @@
+// What is minimised, as capacities of the cells' graph (paper §II-A, Fig. 4): source = carved.
+#pragma once
+
+#include <cstdint>
+
+#include "procs/mesher/cell_complex.h"
+#include "procs/mesher/max_flow.h"
+
+namespace foresight {
+
+/// Weights of the visibility energy, in votes: what one ray says weighs 1.
+struct VisibilityWeights {
+  /// Of a ray that ends at a point, for surface behind that point.
+  double surface = 0.8;
+  /// Of a facet in the surface that is badly shaped, times 1 − min(cos φ, cos ψ) in 0…2: φ, ψ are
+  /// the angles between the facet and the circumspheres of its two cells (Labatut et al. 2009).
+  double shape = 0.8;
+  /// Of a cell that no ray crosses, for being free, if rays cross two of its four neighbours
+  /// (three: twice as much; one: a fifth): corners that the rays just miss.
+  double pocket = 0.6;
+};
+inline constexpr double kMaxVisibilityWeight = 1000;
+
+/// Each ray says: the camera's cell is free; each facet it crosses is no surface seen from its
+/// side; the cell behind its point is not free. Weighed by numbers of rays only: no length is
+/// involved, so the labels are the same at every scale of the map. O(cells).
+void weigh_by_visibility(const CellComplex& complex, const VisibilityWeights& weights,
+                         MaxFlow* flow);
+
+/// Eq. (1): n-links λ·area both ways, a t-link of the cell's volume to its carving's label (carved:
+/// at least `min_constraints`), λ·area to the sink from cells on the hull. λ in map units.
+/// O(cells).
+void weigh_by_volume(const CellComplex& complex, double lambda_mu, int32_t min_constraints,
+                     MaxFlow* flow);
+
+}  // namespace foresight
