@@ -47,24 +47,40 @@ SyntheticScene SyntheticScene::wall(uint64_t seed) {
   return scene;
 }
 
+namespace {
+
+// The wall that is `quarters` turns to the right, with panels in front of it.
+void add_room_wall(int quarters, cv::RNG* rng, std::vector<TexturedPlane>* planes) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(quarters * M_PI / 2, Eigen::Vector3d::UnitY()));
+  const auto add = [&](double depth, double left, double top, double width, double height,
+                       int size_px) {
+    planes->push_back({turn * Eigen::Vector3d(left, top, depth),
+                       turn * Eigen::Vector3d(width, 0, 0),
+                       {0, height, 0},
+                       random_texture(rng, size_px)});
+  };
+  const double far = rng->uniform(2.5, 3.2);
+  add(far, -3.3, -2, 6.6, 4, 1200);
+  for (const double left : {-1.8, -0.4, 0.9}) {
+    const double size = rng->uniform(0.5, 0.9);
+    add(far - rng->uniform(0.3, 0.9), left, rng->uniform(-0.8, 0.2), size, size, 240);
+  }
+}
+
+}  // namespace
+
 SyntheticScene SyntheticScene::room(uint64_t seed) {
   SyntheticScene scene;
   cv::RNG rng(seed);
+  for (int wall = 0; wall < 4; ++wall) add_room_wall(wall, &rng, &scene.planes_);
+  return scene;
+}
+
+SyntheticScene SyntheticScene::room_of_equal_walls(uint64_t seed) {
+  SyntheticScene scene;
   for (int wall = 0; wall < 4; ++wall) {
-    const Eigen::Quaterniond turn(Eigen::AngleAxisd(wall * M_PI / 2, Eigen::Vector3d::UnitY()));
-    const auto add = [&](double depth, double left, double top, double width, double height,
-                         int size_px) {
-      scene.planes_.push_back({turn * Eigen::Vector3d(left, top, depth),
-                               turn * Eigen::Vector3d(width, 0, 0),
-                               {0, height, 0},
-                               random_texture(&rng, size_px)});
-    };
-    const double far = rng.uniform(2.5, 3.2);
-    add(far, -3.3, -2, 6.6, 4, 1200);
-    for (const double left : {-1.8, -0.4, 0.9}) {
-      const double size = rng.uniform(0.5, 0.9);
-      add(far - rng.uniform(0.3, 0.9), left, rng.uniform(-0.8, 0.2), size, size, 240);
-    }
+    cv::RNG rng(seed);
+    add_room_wall(wall, &rng, &scene.planes_);
   }
   return scene;
 }

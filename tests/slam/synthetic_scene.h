@@ -34,6 +34,8 @@ class SyntheticScene {
   static SyntheticScene wall(uint64_t seed);
   /// Four walls around the origin, 2.5 to 3.2 m away, with panels in front of them.
   static SyntheticScene room(uint64_t seed);
+  /// The same, but each wall looks like the others.
+  static SyntheticScene room_of_equal_walls(uint64_t seed);
 
   cv::Mat render(const CameraModel& camera, const Pose<World, Cam>& world_from_cam) const;
   /// What a pixel shows, if it shows anything.
