@@ -30,6 +30,13 @@ class InitializerTest : public testing::Test {
     return outcome;
   }
 
+  static cv::Mat noisy(const cv::Mat& image, double sigma, cv::RNG* rng) {
+    cv::Mat noise(image.size(), CV_16S), sum;
+    rng->fill(noise, cv::RNG::NORMAL, 0, sigma);
+    cv::add(image, noise, sum, cv::noArray(), CV_8U);
+    return sum;
+  }
+
   CameraModel camera_ = test_camera();
   SyntheticScene scene_{11};
   Initializer initializer_{camera_, SlamOptions{}};
@@ -47,7 +54,73 @@ TEST_F(InitializerTest, RefusesAPureRotation) {
                             Eigen::Vector3d::Zero());
   });
   EXPECT_FALSE(outcome.map);
-  EXPECT_FALSE(outcome.reason.empty());
+  EXPECT_TRUE(outcome.reason.starts_with("parallax 0.0 deg, need")) << outcome.reason;
+}
+
+TEST_F(InitializerTest, NoiseIsNoMotion) {
+  cv::RNG rng(8);
+  Initializer::Outcome outcome;
+  for (int i = 0; i < 40 && !outcome.map; ++i) {
+    outcome = answer(Time{} + milliseconds(33 * i), noisy(scene_.render(camera_, {}), 3, &rng));
+  }
+  EXPECT_FALSE(outcome.map);
+  EXPECT_NE(outcome.reason.find("the image moved 0."), std::string::npos) << outcome.reason;
+}
+
+// Brighter on one side, and passed by: corners, if there are any, are noise.
+TEST_F(InitializerTest, ABlankWallGivesNoMap) {
+  cv::RNG rng(9);
+  cv::Mat wall(480, 640, CV_8UC1);
+  for (const double sigma : {3, 10}) {
+    initializer_.restart();
+    for (int i = 0; i < 30; ++i) {
+      for (int x = 0; x < 640; ++x) wall.col(x).setTo(90 + (x + 4 * i) / 16);
+      const auto outcome = answer(Time{} + milliseconds(33 * i), noisy(wall, sigma, &rng));
+      ASSERT_FALSE(outcome.map);
+      const bool said = sigma == 3 ? outcome.reason == "0 corners, need 80"
+                                   : outcome.reason.ends_with("tracks left: new reference image");
+      EXPECT_TRUE(said || i == 0) << outcome.reason;
+    }
+  }
+}
+
+// Before it can tell, it must not: a wall passed by looks like a turn at first.
+TEST_F(InitializerTest, SaysThatATurnWouldExplainAWallSoFar) {
+  const SyntheticScene wall = SyntheticScene::wall(3);
+  Initializer::Outcome outcome;
+  int like_a_turn = 0;
+  for (int i = 0; i < 20 && !outcome.map; ++i) {
+    const Pose<World, Cam> pose(Eigen::Quaterniond::Identity(), {0.01 * i, 0, 0});
+    outcome = answer(Time{} + milliseconds(33 * i), wall.render(camera_, pose));
+    like_a_turn += outcome.reason.starts_with("a pure rotation explains the tracks") ? 1 : 0;
+  }
+  EXPECT_GE(like_a_turn, 2);
+  EXPECT_TRUE(outcome.map) << outcome.reason;
+}
+
+// An answer that is good enough is refused once a different motion comes close to it.
+TEST_F(InitializerTest, SaysThatTwoMotionsFitAboutEqually) {
+  Initializer::Outcome outcome;
+  for (int i = 0; i < 40 && !outcome.map; ++i) {
+    const cv::Mat image = scene_.render(camera_, sideways_pose(i / 60.0));
+    (void)initializer_.feed(Time{} + milliseconds(33 * i), build_pyramid(view_of(image)));
+    auto attempt = initializer_.take_attempt();
+    if (!attempt) continue;
+    const Initializer::Answer clear = Initializer::run(std::move(*attempt));
+    if (clear.solutions.empty()) continue;
+    Initializer::Answer doubtful = clear;
+    TwoViewSolution other = clear.solutions.front();
+    const Pose<Cam, Cam>& motion = other.second_from_first;
+    other.second_from_first = {motion.rotation(), {0, 0, motion.translation().norm()}};
+    other.cost *= 1.2;
+    doubtful.solutions.push_back(other);
+    const Initializer::Outcome refused = initializer_.apply(doubtful);
+    EXPECT_FALSE(refused.map);
+    outcome = initializer_.apply(clear);
+    if (!outcome.map) continue;
+    EXPECT_EQ(refused.reason, "two motions explain the tracks about equally well");
+  }
+  EXPECT_TRUE(outcome.map) << outcome.reason;
 }
 
 // The rotation's own direction and speed must not matter, nor a lens that is not quite as the
@@ -66,6 +139,9 @@ TEST_F(InitializerTest, RefusesFastRotationsThroughAnImperfectLens) {
       outcome = answer(Time{} + milliseconds(33 * i), image);
     }
     EXPECT_FALSE(outcome.map) << axis.transpose();
+    EXPECT_TRUE(outcome.reason.starts_with("a pure rotation explains the tracks") ||
+                outcome.reason.starts_with("parallax 0."))
+        << outcome.reason;
   }
 }
 

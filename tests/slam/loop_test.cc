@@ -82,8 +82,7 @@ struct Walk {
 
 // So many laps; `given` is what the core believes of the camera.
 Walk walk(double laps, const CameraModel& camera, const CameraModel& given,
-          const SlamOptions& options = {}) {
-  const SyntheticScene scene = SyntheticScene::room(7);
+          const SlamOptions& options = {}, const SyntheticScene& scene = SyntheticScene::room(7)) {
   Slam slam(given, options);
   Walk result;
   for (int i = 1; i <= laps * kImagesPerLap; ++i) {
@@ -127,6 +126,15 @@ TEST(Loop, IsClosedWhereTheMapHasDrifted) {
   EXPECT_GT(left_open.seam_deg, 5);
   EXPECT_LT(closed.seam_deg, 0.5);
   EXPECT_LT(closed.statistics.points, 0.95 * left_open.statistics.points);  // none of them twice
+}
+
+// Each wall is the picture of the one before.
+TEST(Loop, IsNotSeenInWallsThatLookAlike) {
+  const CameraModel camera = small_camera();
+  const Walk result = walk(0.55, camera, camera, {}, SyntheticScene::room_of_equal_walls(7));
+  EXPECT_EQ(result.statistics.loops, 0);
+  EXPECT_EQ(result.lost, 0);
+  EXPECT_LT(result.error_m, 0.005);
 }
 
 TEST(Lens, FisheyeAndBarrelAreTrackedToTheirEdges) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -16,6 +17,52 @@
 
 namespace foresight {
 namespace {
+
+// COLMAP's camera models as its documentation defines them, with the centre of the first pixel at
+// (0.5, 0.5): nothing of ours in it.
+Eigen::Vector2d colmap_pixel(const std::string& model, const std::vector<double>& p,
+                             const Eigen::Vector3d& in_cam) {
+  const double x = in_cam.x() / in_cam.z(), y = in_cam.y() / in_cam.z(), r2 = x * x + y * y;
+  if (model == "OPENCV_FISHEYE") {
+    const double r = std::sqrt(r2), a = std::atan(r), a2 = a * a;
+    const double bent = a * (1 + a2 * (p[4] + a2 * (p[5] + a2 * (p[6] + a2 * p[7])))) / r;
+    return {p[0] * x * bent + p[2], p[1] * y * bent + p[3]};
+  }
+  EXPECT_EQ(model, "FULL_OPENCV");
+  const double radial =
+      (1 + r2 * (p[4] + r2 * (p[5] + r2 * p[8]))) / (1 + r2 * (p[9] + r2 * (p[10] + r2 * p[11])));
+  const double bent_x = x * radial + 2 * p[6] * x * y + p[7] * (r2 + 2 * x * x);
+  const double bent_y = y * radial + p[6] * (r2 + 2 * y * y) + 2 * p[7] * x * y;
+  return {p[0] * bent_x + p[2], p[1] * bent_y + p[3]};
+}
+
+// Two views of a few points up to the image's corners. `shown` is where COLMAP has to see them.
+struct LensMap {
+  StoredMap map;
+  std::vector<Eigen::Vector2d> shown;  // in the second view, by point
+
+  LensMap(const CameraModel& camera, const std::string& model, const std::vector<double>& given) {
+    map.camera = camera;
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.1, Eigen::Vector3d(1, 2, 3).normalized()));
+    const cv::Mat image(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar::all(90));
+    for (const int id : {0, 1}) {
+      map.keyframes.push_back({id, Time{1000 + id}, {turn, {0.1 * id, 0.05, 0}}, 1, image});
+    }
+    for (int id = 0; id < 35; ++id) {
+      const Eigen::Vector3d in_first(0.24 * (id % 7) - 0.7, 0.25 * (id / 7) - 0.48, 1 + 0.02 * id);
+      StoredMap::Point point;
+      point.id = id;
+      point.position_in_map = map.keyframes[0].map_from_cam * in_first;
+      point.confirmed = true;
+      for (const StoredMap::Keyframe& k : map.keyframes) {
+        shown.resize(static_cast<size_t>(id) + 1);
+        shown.back() = colmap_pixel(model, given, k.map_from_cam.inverse() * point.position_in_map);
+        point.observations.push_back({k.id, 0, shown.back() - Eigen::Vector2d(0.5, 0.5)});
+      }
+      map.points.push_back(point);
+    }
+  }
+};
 
 class MapFolderTest : public testing::Test {
  protected:
@@ -207,6 +254,66 @@ TEST_F(MapFolderTest, IsNotBelievedWhenDamaged) {
   expect_refused("\ncamera 0 640", "\ncamera 0 320");  // the images are larger
   std::filesystem::remove(folder("map") + "/images/000001.png");
   EXPECT_THROW((void)read_map_folder(folder("map")), ConfigError);
+}
+
+// The second view's pixels, as the files give them and as the files' camera sees the files' points.
+void expect_colmap_sees(const LensMap& truth, const std::string& model,
+                        const std::vector<double>& intrinsics, const std::string& header_line,
+                        const std::string& pixel_line) {
+  std::istringstream header(header_line), body(pixel_line);
+  int id, point, count = 0;
+  Eigen::Quaterniond q;
+  Eigen::Vector3d t;
+  header >> id >> q.w() >> q.x() >> q.y() >> q.z() >> t.x() >> t.y() >> t.z();
+  Eigen::Vector2d pixel;
+  for (; body >> pixel.x() >> pixel.y() >> point; ++count) {
+    const auto i = static_cast<size_t>(point - 1);
+    const Eigen::Vector3d in_cam = q * truth.map.points.at(i).position_in_map + t;
+    EXPECT_LT((pixel - truth.shown[i]).norm(), 1e-6);
+    EXPECT_LT((pixel - colmap_pixel(model, intrinsics, in_cam)).norm(), 1e-6);
+    const Eigen::Vector2d ours = truth.map.camera.project(in_cam);
+    EXPECT_LT((ours + Eigen::Vector2d(0.5, 0.5) - pixel).norm(), 1e-3);
+  }
+  EXPECT_EQ(count, 35);
+}
+
+// The order of a lens's numbers, and the half pixel between COLMAP's coordinates and ours.
+TEST_F(MapFolderTest, ColmapSeesThroughOurLenses) {
+  struct Lens {
+    LensModel lens;
+    std::string model;
+    std::array<double, 5> distortion;
+    std::vector<double> colmap;  // as it has to be written
+  };
+  const std::vector<Lens> lenses = {
+      {LensModel::kRadtan,
+       "FULL_OPENCV",
+       {-0.28, 0.09, 0.003, -0.002, -0.02},
+       {500, 490, 330, 250.5, -0.28, 0.09, 0.003, -0.002, -0.02, 0, 0, 0}},
+      {LensModel::kEquidistant,
+       "OPENCV_FISHEYE",
+       {-0.03, 0.02, -0.008, 0.004, 0},
+       {500, 490, 330, 250.5, -0.03, 0.02, -0.008, 0.004}}};
+  for (const Lens& lens : lenses) {
+    CameraModel camera = camera_;
+    camera.lens = lens.lens;
+    camera.distortion = lens.distortion;
+    camera.fy_px = 490;
+    camera.cx_px = 329.5;
+    camera.cy_px = 250;
+    camera.prepare();
+    const LensMap truth(camera, lens.model, lens.colmap);
+    write_map_folder(truth.map, folder("lens"));
+    std::istringstream words(lines(folder("lens") + "/cameras.txt").at(0));
+    std::string id, model, width, height;
+    words >> id >> model >> width >> height;
+    EXPECT_EQ(model, lens.model);
+    std::vector<double> written;
+    for (double value; words >> value;) written.push_back(value);
+    EXPECT_EQ(written, lens.colmap);
+    const std::vector<std::string> images = lines(folder("lens") + "/images.txt");
+    expect_colmap_sees(truth, model, written, images.at(2), images.at(3));
+  }
 }
 
 TEST_F(MapFolderTest, ReplacesNothingButMaps) {

@@ -8,6 +8,7 @@
 #include "common/messages.h"
 #include "common/simulation.h"
 #include "foresight/health_t.hpp"
+#include "foresight/pose_hint_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "procs/slam/process.h"
 #include "tests/common/files.h"
@@ -76,6 +77,13 @@ class SlamProcessTest : public testing::Test {
       if (health_.metric_names[n] == name) return health_.metric_values[n];
     }
     ADD_FAILURE() << "no metric " << name;
+    return -1;
+  }
+  int64_t rejected(const std::string& channel) const {
+    for (const port_health_t& port : health_.ports) {
+      if (port.channel == channel) return port.rejected;
+    }
+    ADD_FAILURE() << "no port " << channel;
     return -1;
   }
   void expect_tracking_in(int64_t epoch) {
@@ -183,6 +191,41 @@ TEST_F(SlamProcessTest, BlackImagesAreALossThatTheNextImageEnds) {
   EXPECT_NE(health_.reason.find("relocalised after 2."), std::string::npos) << health_.reason;
 }
 
+TEST_F(SlamProcessTest, BelievesAHintOfThisMapOnly) {
+  sweep(0, 0.3, 18);
+  const auto earlier = read_pose(pose_);
+  sweep(0.3, 0.6, 18);
+  const auto known = read_pose(pose_);
+  ASSERT_TRUE(earlier && known) << pose_.reason;
+  const double mu_per_m =
+      (known->translation() - earlier->translation()).norm() /
+      (sideways_pose(0.6).translation() - sideways_pose(0.3).translation()).norm();
+  const cv::Mat image = out_of_focus(scene_.render(camera_, sideways_pose(0.6) * bent_over()));
+  const Pose<Map, Cam> there =
+      *known * Pose<Cam, Cam>(bent_over().rotation(), mu_per_m * bent_over().translation());
+  const auto state_after_hint = [&](int64_t epoch, double broken) {
+    pose_hint_t hint{};
+    hint.utime = world_.now().us;
+    hint.epoch = epoch;
+    write_pose(there, &hint);
+    hint.map_from_cam_quat_wxyz[2] += broken;
+    send("POSE_HINT", hint);
+    step(image);
+    return pose_.state;
+  };
+  step(image);
+  ASSERT_EQ(pose_.state, +camera_pose_t::STATE_LOST);
+  EXPECT_EQ(state_after_hint(pose_.epoch + 1, 0), +camera_pose_t::STATE_LOST);
+  EXPECT_EQ(state_after_hint(pose_.epoch, NAN), +camera_pose_t::STATE_LOST);
+  EXPECT_EQ(state_after_hint(pose_.epoch, 3), +camera_pose_t::STATE_LOST);  // no rotation
+  EXPECT_EQ(state_after_hint(pose_.epoch, 0), +camera_pose_t::STATE_TRACKING) << pose_.reason;
+  const auto found = read_pose(pose_);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->translation() - there.translation()).norm(), 0.01);
+  wait(seconds(1.1));
+  EXPECT_EQ(rejected("POSE_HINT"), 2);
+}
+
 TEST_F(SlamProcessTest, DamagedImagesAreRejected) {
   start_map();
   const int before = poses_;
@@ -197,6 +240,26 @@ TEST_F(SlamProcessTest, DamagedImagesAreRejected) {
   EXPECT_EQ(poses_, before);
   sweep(0.6, 0.7, 6);
   EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+}
+
+// Too small a focal length, as a camera file of another lens has it.
+TEST_F(SlamProcessTest, SaysThatTheFocalLengthIsWrongAndOnlyThen) {
+  const CameraModel camera = camera_.scaled(0.5);
+  for (const double factor : {1.0, 0.8}) {
+    CameraModel given = camera;
+    given.fx_px *= factor;
+    given.fy_px *= factor;
+    send_camera(given);
+    for (int i = 0; i < 120; ++i) {
+      step(scene_.render(camera, winding_pose(i / 100.0)));
+      ASSERT_TRUE(factor != 1 || health_.state != +health_t::STATE_DEGRADED) << health_.reason;
+    }
+    wait(seconds(0.9));
+    EXPECT_EQ(pose_.state, +camera_pose_t::STATE_TRACKING) << pose_.reason;
+    EXPECT_EQ(health_.state, factor == 1 ? +health_t::STATE_OK : +health_t::STATE_DEGRADED);
+    EXPECT_EQ(health_.reason.find("the images say that the focal length is") == 0, factor != 1)
+        << health_.reason;
+  }
 }
 
 class SlamOrderTest : public SlamProcessTest {

@@ -137,6 +137,29 @@ TEST_F(SlamTest, AHintIsNeitherNeededNorBelieved) {
   EXPECT_LT((back.map_from_cam.translation() - known.translation()).norm(), 0.01);
 }
 
+// Of no use where it is wrong, late or absent.
+TEST_F(SlamTest, AHintFindsAViewThatNothingElseFinds) {
+  Slam slam(camera_, SlamOptions{});
+  const Pose<Map, Cam> earlier = sweep(&slam, 0, 0.3, 18).map_from_cam;
+  const Pose<Map, Cam> known = sweep(&slam, 0.3, 0.6, 18).map_from_cam;
+  const double mu_per_m =
+      (known.translation() - earlier.translation()).norm() /
+      (sideways_pose(0.6).translation() - sideways_pose(0.3).translation()).norm();
+  const cv::Mat image = out_of_focus(scene_.render(camera_, sideways_pose(0.6) * bent_over()));
+  const Pose<Map, Cam> there =
+      known * Pose<Cam, Cam>(bent_over().rotation(), mu_per_m * bent_over().translation());
+  for (int i = 0; i < 4; ++i) ASSERT_EQ(step(&slam, image).state, TrackingState::kLost);
+  slam.hint(time_, known);
+  EXPECT_EQ(step(&slam, image).state, TrackingState::kLost);
+  slam.hint(time_ - seconds(5), there);
+  EXPECT_EQ(step(&slam, image).state, TrackingState::kLost);
+  slam.hint(time_, there);
+  const TrackingResult found = step(&slam, image);
+  EXPECT_EQ(found.state, TrackingState::kTracking) << found.reason;
+  EXPECT_TRUE(found.relocalised);
+  EXPECT_LT((found.map_from_cam.translation() - there.translation()).norm(), 0.01);
+}
+
 TEST_F(SlamTest, AForeignSceneIsNotTakenForTheMap) {
   Slam slam(camera_, SlamOptions{});
   ASSERT_EQ(sweep(&slam, 0, 0.6, 36).state, TrackingState::kTracking);
@@ -146,14 +169,6 @@ TEST_F(SlamTest, AForeignSceneIsNotTakenForTheMap) {
     EXPECT_EQ(r.state, TrackingState::kLost);
     EXPECT_LT(r.quality, 0.25);
   }
-}
-
-// Looking about while walking shows the focal length.
-Pose<World, Cam> winding_pose(double t) {
-  const Eigen::Vector3d turn(0.15 * std::sin(5 * t), 0.3 * std::sin(8 * t), 0.2 * std::sin(3 * t));
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm() + 1e-12,
-                                               (turn + Eigen::Vector3d(0, 0, 1e-12)).normalized())),
-          {0.8 * t, 0.15 * std::sin(6 * t), 0.5 * std::sin(2 * t)}};
 }
 
 TEST_F(SlamTest, NamesAFocalLengthThatIsNotTheOneGiven) {

@@ -5,9 +5,6 @@
 #include <opencv2/imgproc.hpp>
 
 namespace foresight {
-namespace {
-
-// Blobs of several sizes: corners on every pyramid level.
 cv::Mat random_texture(cv::RNG* rng, int size_px) {
   cv::Mat sum(size_px, size_px, CV_32F, cv::Scalar::all(128));
   for (const int cell : {4, 8, 16, 40}) {
@@ -20,8 +17,6 @@ cv::Mat random_texture(cv::RNG* rng, int size_px) {
   sum.convertTo(texture, CV_8U);
   return texture;
 }
-
-}  // namespace
 
 CameraModel test_camera() {
   CameraModel camera;
@@ -52,24 +47,40 @@ SyntheticScene SyntheticScene::wall(uint64_t seed) {
   return scene;
 }
 
+namespace {
+
+// The wall that is `quarters` turns to the right, with panels in front of it.
+void add_room_wall(int quarters, cv::RNG* rng, std::vector<TexturedPlane>* planes) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(quarters * M_PI / 2, Eigen::Vector3d::UnitY()));
+  const auto add = [&](double depth, double left, double top, double width, double height,
+                       int size_px) {
+    planes->push_back({turn * Eigen::Vector3d(left, top, depth),
+                       turn * Eigen::Vector3d(width, 0, 0),
+                       {0, height, 0},
+                       random_texture(rng, size_px)});
+  };
+  const double far = rng->uniform(2.5, 3.2);
+  add(far, -3.3, -2, 6.6, 4, 1200);
+  for (const double left : {-1.8, -0.4, 0.9}) {
+    const double size = rng->uniform(0.5, 0.9);
+    add(far - rng->uniform(0.3, 0.9), left, rng->uniform(-0.8, 0.2), size, size, 240);
+  }
+}
+
+}  // namespace
+
 SyntheticScene SyntheticScene::room(uint64_t seed) {
   SyntheticScene scene;
   cv::RNG rng(seed);
+  for (int wall = 0; wall < 4; ++wall) add_room_wall(wall, &rng, &scene.planes_);
+  return scene;
+}
+
+SyntheticScene SyntheticScene::room_of_equal_walls(uint64_t seed) {
+  SyntheticScene scene;
   for (int wall = 0; wall < 4; ++wall) {
-    const Eigen::Quaterniond turn(Eigen::AngleAxisd(wall * M_PI / 2, Eigen::Vector3d::UnitY()));
-    const auto add = [&](double depth, double left, double top, double width, double height,
-                         int size_px) {
-      scene.planes_.push_back({turn * Eigen::Vector3d(left, top, depth),
-                               turn * Eigen::Vector3d(width, 0, 0),
-                               {0, height, 0},
-                               random_texture(&rng, size_px)});
-    };
-    const double far = rng.uniform(2.5, 3.2);
-    add(far, -3.3, -2, 6.6, 4, 1200);
-    for (const double left : {-1.8, -0.4, 0.9}) {
-      const double size = rng.uniform(0.5, 0.9);
-      add(far - rng.uniform(0.3, 0.9), left, rng.uniform(-0.8, 0.2), size, size, 240);
-    }
+    cv::RNG rng(seed);
+    add_room_wall(wall, &rng, &scene.planes_);
   }
   return scene;
 }
@@ -120,27 +131,58 @@ class PlaneCaster {
   Eigen::Vector3d right_, down_, from_corner_;
 };
 
+class RayCaster {
+ public:
+  RayCaster(const std::vector<TexturedPlane>& planes, const CameraModel& camera,
+            const Pose<World, Cam>& world_from_cam)
+      : camera_(camera), rotation_(world_from_cam.rotation().toRotationMatrix()) {
+    for (const TexturedPlane& p : planes) casters_.emplace_back(p, world_from_cam.translation());
+  }
+
+  Eigen::Vector3d ray_of(const Eigen::Vector2d& pixel) const {
+    const Eigen::Vector2d xy = camera_.unproject(pixel);
+    return rotation_ * Eigen::Vector3d(xy.x(), xy.y(), 1);
+  }
+
+  // The plane that a ray meets first; null if there is none.
+  const PlaneCaster* meet(const Eigen::Vector3d& ray, Hit* nearest) const {
+    const PlaneCaster* met = nullptr;
+    Hit hit;
+    for (const PlaneCaster& caster : casters_) {
+      if (!caster.meet(ray, &hit) || (met != nullptr && hit.distance > nearest->distance)) continue;
+      *nearest = hit;
+      met = &caster;
+    }
+    return met;
+  }
+
+ private:
+  const CameraModel& camera_;
+  Eigen::Matrix3d rotation_;
+  std::vector<PlaneCaster> casters_;
+};
+
 }  // namespace
+
+std::optional<Eigen::Vector3d> SyntheticScene::point_at(const CameraModel& camera,
+                                                        const Pose<World, Cam>& world_from_cam,
+                                                        const Eigen::Vector2d& pixel) const {
+  const RayCaster caster(planes_, camera, world_from_cam);
+  const Eigen::Vector3d ray = caster.ray_of(pixel);
+  Hit hit;
+  if (caster.meet(ray, &hit) == nullptr) return std::nullopt;
+  return world_from_cam.translation() + hit.distance * ray;
+}
 
 cv::Mat SyntheticScene::render(const CameraModel& camera,
                                const Pose<World, Cam>& world_from_cam) const {
   cv::Mat image(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar::all(0));
-  const Eigen::Matrix3d rotation = world_from_cam.rotation().toRotationMatrix();
-  std::vector<PlaneCaster> casters;
-  for (const TexturedPlane& p : planes_) casters.emplace_back(p, world_from_cam.translation());
+  const RayCaster caster(planes_, camera, world_from_cam);
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
-      const Eigen::Vector2d xy = camera.unproject({x, y});
-      const Eigen::Vector3d ray = rotation * Eigen::Vector3d(xy.x(), xy.y(), 1);
-      Hit nearest, hit;
-      const PlaneCaster* met = nullptr;
-      for (const PlaneCaster& caster : casters) {
-        if (!caster.meet(ray, &hit) || (met != nullptr && hit.distance > nearest.distance))
-          continue;
-        nearest = hit;
-        met = &caster;
-      }
-      if (met != nullptr) image.at<uint8_t>(y, x) = met->level(nearest);
+      Hit hit;
+      const PlaneCaster* met = caster.meet(caster.ray_of({x, y}), &hit);
+      if (met != nullptr) image.at<uint8_t>(y, x) = met->level(hit);
     }
   }
   return image;
@@ -153,6 +195,23 @@ GrayImageView view_of(const cv::Mat& image) {
 Pose<World, Cam> sideways_pose(double t) {
   const Eigen::AngleAxisd turn(-0.08 * t, Eigen::Vector3d(0.2, 1, 0.1).normalized());
   return {Eigen::Quaterniond(turn), {0.8 * t, 0.06 * std::sin(6 * t), 0.1 * t}};
+}
+
+Pose<Cam, Cam> bent_over() {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ())), {0, 0, 0.8}};
+}
+
+cv::Mat out_of_focus(const cv::Mat& sharp) {
+  cv::Mat blurred;
+  cv::GaussianBlur(sharp, blurred, {}, 4);
+  return blurred;
+}
+
+Pose<World, Cam> winding_pose(double t) {
+  const Eigen::Vector3d turn(0.15 * std::sin(5 * t), 0.3 * std::sin(8 * t), 0.2 * std::sin(3 * t));
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm() + 1e-12,
+                                               (turn + Eigen::Vector3d(0, 0, 1e-12)).normalized())),
+          {0.8 * t, 0.15 * std::sin(6 * t), 0.5 * std::sin(2 * t)}};
 }
 
 Pose<World, Cam> ring_pose(double t) {
