@@ -21,7 +21,7 @@ const std::map<std::string, std::string> kExpected = {
     {"base_pose_t", "049176c0c4ffa107"},
     {"camera_info_t", "2a74cb5d4c5350fc"},
     {"camera_pose_t", "75db4e3b4c4ae00f"},
-    {"carving_delta_t", "7181fd94ee6fb564"},
+    {"carving_delta_t", "ba19f8cf5f770f20"},
     {"controller_state_t", "2730c46d9dd0308f"},
     {"delta_header_t", "9bba78c3f1832d74"},
     {"device_state_t", "9a504879a7527e17"},
