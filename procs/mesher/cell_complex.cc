@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "common/check.h"
 
@@ -138,6 +139,8 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
 void CellComplex::resize_cells(size_t limit) {
   constraints_.resize(limit, -1);
   votes_.resize(limit);
+  std::erase_if(touched_, [&](int32_t cell) { return index(cell) >= limit; });
+  is_touched_.resize(limit, 0);
   volumes_.resize(limit, 0);
   vertices_.resize(4 * limit, -1);
   twins_.resize(4 * limit, -1);
@@ -184,7 +187,19 @@ void CellComplex::roll_back(const Journal& journal) {
 
 void CellComplex::reset() { *this = CellComplex{}; }
 
+void CellComplex::touch(int32_t cell) {
+  if (is_touched_[index(cell)] != 0) return;
+  is_touched_[index(cell)] = 1;
+  touched_.push_back(cell);
+}
+
+std::vector<int32_t> CellComplex::take_touched() {
+  for (const int32_t cell : touched_) is_touched_[index(cell)] = 0;
+  return std::exchange(touched_, {});
+}
+
 void CellComplex::set_evidence(int32_t cell, const Evidence& evidence) {
+  touch(cell);
   constraints_[index(cell)] = evidence.constraints;
   votes_[index(cell)] = evidence.votes;
 }
@@ -323,7 +338,9 @@ void CellComplex::detach(int32_t cell) {
     detach_facet(4 * cell + k);
     --points_[index(vertex(4 * cell + k))].degree;
   }
+  touch(cell);
   constraints_[index(cell)] = -1;
+  votes_[index(cell)] = {};
   volumes_[index(cell)] = 0;
   --cell_count_;
 }

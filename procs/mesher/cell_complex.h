@@ -79,6 +79,10 @@ class CellComplex {
     return points_[index(vertex)].position_in_map;
   }
 
+  /// Cells that came, went or have other votes since the last call (perhaps none the wiser), once
+  /// each.
+  std::vector<int32_t> take_touched();
+
   /// Re-derives every invariant the slow way: nothing, or the first that is broken. For tests.
   std::optional<std::string_view> find_broken_invariant() const;
 
@@ -106,6 +110,7 @@ class CellComplex {
   ApplyResult add_cell(const CarvingCell& cell, Journal* journal);
   ApplyResult update_cell(const CarvingCellUpdate& update, Journal* journal);
   void resize_cells(size_t limit);
+  void touch(int32_t cell);
   void commit(const Journal& journal);
   void roll_back(const Journal& journal);
 
@@ -123,6 +128,8 @@ class CellComplex {
   std::vector<int32_t> constraints_;  // −1: no such cell
   std::vector<CellVotes> votes_;
   std::vector<double> volumes_;
+  std::vector<uint8_t> is_touched_;
+  std::vector<int32_t> touched_;
   // By slot.
   std::vector<int32_t> vertices_;
   std::vector<int32_t> twins_;

@@ -25,41 +25,37 @@ MaxFlow::Capacity to_capacity(double scaled) {
 // ---- Visibility
 // -----------------------------------------------------------------------------------
 
-constexpr double kVote = 1 << 20;  // capacity of one ray: weights are kept to a millionth of it
+constexpr double kVote = 1 << 20;     // capacity of one ray: weights are kept to a millionth of it
+constexpr double kManyTouched = 0.5;  // share of the cells from which starting over is cheaper
 constexpr Capacity kCertain = Capacity{1} << 48;  // more than all rays of a map together
 
 Capacity votes(double count) { return to_capacity(kVote * count); }
 
-/// By slot: cosine of the angle between the facet and its cell's circumsphere; positive if the
-/// sphere's centre is on the cell's side. Small empty spheres beside a large facet, cosine −1: the
-/// facet bridges a gap. Cells that rounding made flat count as −1.
-std::vector<float> circumsphere_cosines(const CellComplex& complex) {
-  std::vector<float> cosines(4 * static_cast<size_t>(complex.cell_limit()), -1);
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
-    if (!complex.exists(cell)) continue;
-    std::array<Eigen::Vector3d, 4> p;
-    for (int32_t k = 0; k < 4; ++k) {
-      p[static_cast<size_t>(k)] =
-          complex.position_in_map(complex.vertex(4 * cell + k)).cast<double>();
-    }
-    const Eigen::Vector3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
-    const Eigen::Vector3d bc = b.cross(c);
-    const double determinant = 2 * a.dot(bc);
-    if (!(determinant > 0)) continue;
-    const Eigen::Vector3d centre =
-        (a.squaredNorm() * bc + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b)) /
-        determinant;
-    const double radius = centre.norm();
-    for (int32_t k = 0; k < 4; ++k) {
-      const auto& f = kFacetCorners[static_cast<size_t>(k)];
-      const Eigen::Vector3d& q = p[static_cast<size_t>(f[0])];
-      const Eigen::Vector3d outward =
-          (p[static_cast<size_t>(f[1])] - q).cross(p[static_cast<size_t>(f[2])] - q);
-      const double cosine = outward.dot(q - p[0] - centre) / (outward.norm() * radius);
-      if (!std::isfinite(cosine)) continue;
-      cosines[static_cast<size_t>(4 * cell + k)] =
-          static_cast<float>(std::clamp(cosine, -1.0, 1.0));
-    }
+/// By facet: cosine of the angle between it and the cell's circumsphere; positive if the sphere's
+/// centre is on the cell's side. Small empty spheres beside a large facet, cosine −1: the facet
+/// bridges a gap. Cells that rounding made flat count as −1.
+std::array<float, 4> circumsphere_cosines(const CellComplex& complex, int32_t cell) {
+  std::array<float, 4> cosines{-1, -1, -1, -1};
+  std::array<Eigen::Vector3d, 4> p;
+  for (size_t k = 0; k < 4; ++k) {
+    p[k] =
+        complex.position_in_map(complex.vertex(4 * cell + static_cast<int32_t>(k))).cast<double>();
+  }
+  const Eigen::Vector3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
+  const Eigen::Vector3d bc = b.cross(c);
+  const double determinant = 2 * a.dot(bc);
+  if (!(determinant > 0)) return cosines;
+  const Eigen::Vector3d centre =
+      (a.squaredNorm() * bc + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b)) /
+      determinant;
+  const double radius = centre.norm();
+  for (size_t k = 0; k < 4; ++k) {
+    const auto& f = kFacetCorners[k];
+    const Eigen::Vector3d& q = p[static_cast<size_t>(f[0])];
+    const Eigen::Vector3d outward =
+        (p[static_cast<size_t>(f[1])] - q).cross(p[static_cast<size_t>(f[2])] - q);
+    const double cosine = outward.dot(q - p[0] - centre) / (outward.norm() * radius);
+    if (std::isfinite(cosine)) cosines[k] = static_cast<float>(std::clamp(cosine, -1.0, 1.0));
   }
   return cosines;
 }
@@ -95,31 +91,74 @@ Capacity entering(const CellComplex& complex, int32_t slot) {
 
 }  // namespace
 
-void weigh_by_visibility(const CellComplex& complex, const VisibilityWeights& weights,
-                         MaxFlow* flow) {
-  const std::vector<float> cosines = circumsphere_cosines(complex);
-  const auto shape = [&](int32_t slot, int32_t twin) {
-    const float worse =
-        std::min(cosines[static_cast<size_t>(slot)], cosines[static_cast<size_t>(twin)]);
-    return votes(weights.shape * (1 - static_cast<double>(worse)));
-  };
-  flow->reset(complex.cell_limit());
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
-    if (!complex.exists(cell)) continue;
-    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
-      const int32_t twin = complex.twin(slot);
-      if (twin < 0) {
-        flow->add_terminal(cell, -votes(weights.shape));
-      } else if (slot < twin) {
-        // Cut from a free cell to one that is not: by the rays that enter the latter here.
-        const Capacity bad = shape(slot, twin);
-        flow->connect(slot, twin, entering(complex, twin) + bad, entering(complex, slot) + bad);
-      }
+void VisibilityGraph::reset() { *this = VisibilityGraph(weights_); }
+
+void VisibilityGraph::update(CellComplex* complex, MaxFlow* flow) {
+  const std::vector<int32_t> touched = complex->take_touched();
+  const bool anew =
+      !started_ || static_cast<double>(touched.size()) > kManyTouched * complex->cell_count();
+  if (anew) flow->reset(complex->cell_limit());
+  flow->grow_to(complex->cell_limit());
+  cosines_.resize(static_cast<size_t>(complex->cell_limit()));
+  started_ = true;
+  for (const int32_t cell : touched) {
+    if (complex->exists(cell)) {
+      cosines_[static_cast<size_t>(cell)] = circumsphere_cosines(*complex, cell);
     }
-    flow->add_terminal(cell, free_votes(complex, cell));
-    flow->add_terminal(cell, votes(pocket_weight(complex, cell, weights.pocket)));
-    flow->add_terminal(cell, -votes(weights.surface * complex.votes(cell).ended));
   }
+  if (anew) {
+    for (int32_t cell = 0; cell < complex->cell_limit(); ++cell) {
+      weigh_cell(*complex, cell, Links::kOnce, flow);
+    }
+    return;
+  }
+  for (const int32_t cell : touched) unlink_old(*complex, cell, flow);
+  for (const int32_t cell : touched) {
+    weigh_cell(*complex, cell, Links::kAll, flow);
+    weigh_neighbours(*complex, cell, flow);
+  }
+}
+
+// A facet that has another cell behind it now.
+void VisibilityGraph::unlink_old(const CellComplex& complex, int32_t cell, MaxFlow* flow) const {
+  for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+    const int32_t twin = complex.exists(cell) ? complex.twin(slot) : -1;
+    if (flow->twin(slot) != twin) flow->unlink(slot);
+  }
+}
+
+void VisibilityGraph::weigh_cell(const CellComplex& complex, int32_t cell, Links links,
+                                 MaxFlow* flow) const {
+  if (!complex.exists(cell)) return flow->set_terminal(cell, 0);
+  for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+    const int32_t twin = complex.twin(slot);
+    if (twin < 0 || (links == Links::kOnce && twin < slot)) continue;
+    // Cut from a free cell to one that is not: by the rays that enter the latter here.
+    const double worse = static_cast<double>(std::min(cosine(slot), cosine(twin)));
+    const Capacity bad = votes(weights_.shape * (1 - worse));
+    flow->set_link(slot, twin, entering(complex, twin) + bad, entering(complex, slot) + bad);
+  }
+  weigh_terminal(complex, cell, flow);
+}
+
+// Whether a neighbour is a pocket depends on this cell.
+void VisibilityGraph::weigh_neighbours(const CellComplex& complex, int32_t cell,
+                                       MaxFlow* flow) const {
+  if (!complex.exists(cell)) return;
+  for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+    if (complex.twin(slot) >= 0) weigh_terminal(complex, complex.twin(slot) / 4, flow);
+  }
+}
+
+void VisibilityGraph::weigh_terminal(const CellComplex& complex, int32_t cell,
+                                     MaxFlow* flow) const {
+  Capacity terminal = free_votes(complex, cell) +
+                      votes(pocket_weight(complex, cell, weights_.pocket)) -
+                      votes(weights_.surface * complex.votes(cell).ended);
+  for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+    if (complex.twin(slot) < 0) terminal -= votes(weights_.shape);
+  }
+  flow->set_terminal(cell, terminal);
 }
 
 // ---- Eq. (1)

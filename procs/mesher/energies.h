@@ -1,7 +1,9 @@
 // What is minimised, as capacities of the cells' graph (paper §II-A, Fig. 4): source = carved.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
 #include "procs/mesher/cell_complex.h"
 #include "procs/mesher/max_flow.h"
@@ -21,11 +23,33 @@ struct VisibilityWeights {
 };
 inline constexpr double kMaxVisibilityWeight = 1000;
 
-/// Each ray says: the camera's cell is free; each facet it crosses is no surface seen from its
-/// side; the cell behind its point is not free. Weighed by numbers of rays only: no length is
-/// involved, so the labels are the same at every scale of the map. O(cells).
-void weigh_by_visibility(const CellComplex& complex, const VisibilityWeights& weights,
-                         MaxFlow* flow);
+/// The visibility energy on a graph that follows the complex. Each ray says: the camera's cell is
+/// free; each facet it crosses is no surface seen from its side; the cell behind its point is not
+/// free. Weighed by numbers of rays only: no length is involved, so the labels are the same at
+/// every scale of the map.
+class VisibilityGraph {
+ public:
+  explicit VisibilityGraph(const VisibilityWeights& weights) : weights_(weights) {}
+
+  /// Brings the capacities up to date with the complex; the flow that fits through them stays.
+  /// `flow` has to be the same object each time. O(touched cells).
+  void update(CellComplex* complex, MaxFlow* flow);
+  void reset();
+
+ private:
+  float cosine(int32_t slot) const {
+    return cosines_[static_cast<size_t>(slot / 4)][static_cast<size_t>(slot % 4)];
+  }
+  void unlink_old(const CellComplex& complex, int32_t cell, MaxFlow* flow) const;
+  enum class Links { kAll, kOnce };  // of the cell, or of each pair of cells from the first one
+  void weigh_cell(const CellComplex& complex, int32_t cell, Links links, MaxFlow* flow) const;
+  void weigh_neighbours(const CellComplex& complex, int32_t cell, MaxFlow* flow) const;
+  void weigh_terminal(const CellComplex& complex, int32_t cell, MaxFlow* flow) const;
+
+  VisibilityWeights weights_;
+  std::vector<std::array<float, 4>> cosines_;  // by cell and facet
+  bool started_ = false;
+};
 
 /// Eq. (1): n-links λ·area both ways, a t-link of the cell's volume to its carving's label (carved:
 /// at least `min_constraints`), λ·area to the sink from cells on the hull. λ in map units.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
+#include <utility>
 
 #include "common/check.h"
 
@@ -10,10 +11,21 @@ namespace foresight {
 
 void MaxFlow::reset(int32_t node_count) {
   FORESIGHT_CHECK(node_count >= 0 && node_count <= std::numeric_limits<int32_t>::max() / kDegree);
-  nodes_.assign(static_cast<size_t>(node_count), Node{});
-  arcs_.assign(static_cast<size_t>(node_count), Arcs{});
+  nodes_.clear();
+  arcs_.clear();
+  capacities_.clear();
+  terminals_.clear();
+  grow_to(node_count);
   flow_ = 0;
   decided_count_ = 0;
+}
+
+void MaxFlow::grow_to(int32_t node_count) {
+  const auto count = static_cast<size_t>(std::max(node_count, this->node_count()));
+  nodes_.resize(count);
+  arcs_.resize(count);
+  capacities_.resize(count * kDegree);
+  terminals_.resize(count);
 }
 
 void MaxFlow::connect(int32_t slot_a, int32_t slot_b, Capacity a_to_b, Capacity b_to_a) {
@@ -22,9 +34,54 @@ void MaxFlow::connect(int32_t slot_a, int32_t slot_b, Capacity a_to_b, Capacity 
   FORESIGHT_CHECK(a.twin < 0 && b.twin < 0 && slot_a != slot_b && a_to_b >= 0 && b_to_a >= 0);
   a = {a_to_b, slot_b};
   b = {b_to_a, slot_a};
+  capacities_[static_cast<size_t>(slot_a)] = a_to_b;
+  capacities_[static_cast<size_t>(slot_b)] = b_to_a;
+}
+
+void MaxFlow::set_link(int32_t slot_a, int32_t slot_b, Capacity a_to_b, Capacity b_to_a) {
+  if (arc(slot_a).twin < 0) return connect(slot_a, slot_b, a_to_b, b_to_a);
+  FORESIGHT_CHECK(arc(slot_a).twin == slot_b && a_to_b >= 0 && b_to_a >= 0);
+  arc(slot_a).residual += a_to_b - std::exchange(capacities_[static_cast<size_t>(slot_a)], a_to_b);
+  arc(slot_b).residual += b_to_a - std::exchange(capacities_[static_cast<size_t>(slot_b)], b_to_a);
+  repair(slot_a);
+  repair(slot_b);
+}
+
+/// More flows through the arc than it holds: the two residuals together are what they should be, so
+/// the opposite one has it. −m·[a∈S][b∈T] = −m·[b∈T] + m·[a∈T] − m·[a∈T][b∈S].
+void MaxFlow::repair(int32_t arc_slot) {
+  Arc& a = arc(arc_slot);
+  if (a.residual >= 0) return;
+  const Capacity missing = -a.residual;
+  a.residual = 0;
+  arc(a.twin).residual -= missing;
+  flow_ -= missing;
+  add_residual(owner(a.twin), -missing);
+  add_residual(owner(arc_slot), missing);
+}
+
+void MaxFlow::unlink(int32_t slot) {
+  const int32_t other = arc(slot).twin;
+  if (other < 0) return;
+  set_link(slot, other, 0, 0);
+  arc(slot) = Arc{};
+  arc(other) = Arc{};
+}
+
+void MaxFlow::set_terminal(int32_t i, Capacity capacity) {
+  const Capacity before = std::exchange(terminals_[static_cast<size_t>(i)], capacity);
+  const Capacity change = capacity - before;
+  const auto to_sink = [](Capacity c) { return std::max<Capacity>(-c, 0); };
+  flow_ += to_sink(capacity) - to_sink(before) - to_sink(change);
+  add_residual(i, change);
 }
 
 void MaxFlow::add_terminal(int32_t i, Capacity capacity) {
+  terminals_[static_cast<size_t>(i)] += capacity;
+  add_residual(i, capacity);
+}
+
+void MaxFlow::add_residual(int32_t i, Capacity capacity) {
   Capacity& terminal = node(i).terminal;
   if ((terminal > 0) != (capacity > 0)) flow_ += std::min(std::abs(terminal), std::abs(capacity));
   terminal += capacity;
@@ -101,7 +158,7 @@ void MaxFlow::settle(int32_t i, Tree tree) {
     arc(a).residual -= sign * amount;
     arc(twin).residual += sign * amount;
     node(i).terminal -= sign * amount;
-    add_terminal(j, sign * amount);
+    add_residual(j, sign * amount);
     if (!node(j).queued) {
       node(j).queued = true;
       undecided_.push_back(j);

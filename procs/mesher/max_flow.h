@@ -18,11 +18,13 @@
 //   flow.solve();              // 3
 //   flow.side(0);              // Side::kSource
 //
-// The sum of all capacities must stay below 2^62. Memory: 96 bytes per node. Times on cell
+// The sum of all capacities must stay below 2^62. Memory: 136 bytes per node. Times on cell
 // complexes: docs/algorithms/regularisation.md.
 //
-// solve() leaves the residual graph behind; capacities may be added after it, and the next solve()
-// continues the flow instead of starting over.
+// solve() leaves the residual graph behind. Links and t-links may be added, changed and removed
+// after it, and the next solve() goes on from there instead of starting over: where less fits
+// through a link than flows, the rest is returned to the t-links of its ends, which changes the
+// energy by a constant (Kohli and Torr, PAMI 2007). The labels are those of a solve from scratch.
 #pragma once
 
 #include <array>
@@ -46,6 +48,20 @@ class MaxFlow {
 
   /// Links the nodes that own two unused slots. Capacities must not be negative.
   void connect(int32_t slot_a, int32_t slot_b, Capacity a_to_b, Capacity b_to_a);
+
+  /// More nodes, without links; what is there stays.
+  void grow_to(int32_t node_count);
+  /// The slot that this one is linked to, or −1.
+  int32_t twin(int32_t slot) const {
+    const auto s = static_cast<uint32_t>(slot);
+    return arcs_[s / kDegree].of_slot[s % kDegree].twin;
+  }
+  /// connect(), or new capacities for slots that are linked with each other already.
+  void set_link(int32_t slot_a, int32_t slot_b, Capacity a_to_b, Capacity b_to_a);
+  void unlink(int32_t slot);
+  /// The node's t-link is this from now on: from the source when positive, to the sink when
+  /// negative.
+  void set_terminal(int32_t node, Capacity capacity);
 
   /// Adds a t-link: from the source when positive, to the sink when negative. What enters a node
   /// from the source and leaves it to the sink counts as flow at once.
@@ -105,6 +121,8 @@ class MaxFlow {
     return tree == Tree::kSource ? arc(arc(a).twin).residual : arc(a).residual;
   }
 
+  void add_residual(int32_t i, Capacity capacity);
+  void repair(int32_t arc_slot);
   void decide_heavy_nodes();
   bool try_decide(int32_t i);
   void settle(int32_t i, Tree tree);
@@ -124,8 +142,10 @@ class MaxFlow {
 
   std::vector<Node> nodes_;
   std::vector<Arcs> arcs_;
-  std::vector<int32_t> undecided_;  // work list of decide_heavy_nodes
-  std::vector<int32_t> orphans_;    // first in, first out; orphans_head_ is the next to adopt
+  std::vector<Capacity> capacities_;  // by slot, as they were set
+  std::vector<Capacity> terminals_;   // by node
+  std::vector<int32_t> undecided_;    // work list of decide_heavy_nodes
+  std::vector<int32_t> orphans_;      // first in, first out; orphans_head_ is the next to adopt
   size_t orphans_head_ = 0;
   int32_t active_head_ = -1;
   int32_t active_tail_ = -1;

@@ -17,7 +17,7 @@ double median(std::vector<double>* values) {
 
 }  // namespace
 
-Mesher::Mesher(const MesherOptions& options) : options_(options) {
+Mesher::Mesher(const MesherOptions& options) : options_(options), visibility_(options.visibility) {
   FORESIGHT_CHECK(std::isfinite(options.lambda) && options.lambda >= 0);
   FORESIGHT_CHECK(options.min_constraints >= 1);
   const VisibilityWeights& w = options.visibility;
@@ -28,6 +28,7 @@ Mesher::Mesher(const MesherOptions& options) : options_(options) {
 
 void Mesher::reset() {
   complex_.reset();
+  visibility_.reset();
   carved_.clear();
   statistics_ = {};
 }
@@ -41,7 +42,7 @@ Mesh Mesher::update() {
   statistics_.lambda_mu = options_.lambda * (relative ? statistics_.scene_size_mu : 1.0);
   switch (options_.energy) {
     case Energy::kVisibility:
-      weigh_by_visibility(complex_, options_.visibility, &flow_);
+      visibility_.update(&complex_, &flow_);
       break;
     case Energy::kVolume:
       weigh_by_volume(complex_, statistics_.lambda_mu, options_.min_constraints, &flow_);

@@ -36,7 +36,7 @@ enum class LambdaUnit {
 
 /// What is minimised.
 enum class Energy {
-  kVisibility,  // votes of the rays, see weigh_by_visibility()
+  kVisibility,  // votes of the rays, see VisibilityGraph
   kVolume,      // eq. (1)
 };
 
@@ -97,6 +97,7 @@ class Mesher {
 
   MesherOptions options_;
   CellComplex complex_;
+  VisibilityGraph visibility_;
   MaxFlow flow_;
   std::vector<uint8_t> carved_;
   CutStatistics statistics_;

@@ -214,5 +214,67 @@ TEST(MaxFlow, ContinuesAfterCapacitiesWereAdded) {
   }
 }
 
+/// One change at random, in the graph and in the flow that follows it.
+void change(Graph* graph, MaxFlow* flow, Capacity largest, std::mt19937* random) {
+  const auto capacity = [&] {
+    return static_cast<Capacity>((*random)() % static_cast<uint64_t>(largest + 1));
+  };
+  switch ((*random)() % 4) {
+    case 0: {
+      if (graph->links.empty()) return;
+      Link& l = graph->links[(*random)() % graph->links.size()];
+      l.a_to_b = (*random)() % 3 == 0 ? 0 : capacity();
+      l.b_to_a = capacity();
+      return flow->set_link(l.slot_a, l.slot_b, l.a_to_b, l.b_to_a);
+    }
+    case 1: {
+      if (graph->links.empty()) return;
+      const size_t i = (*random)() % graph->links.size();
+      flow->unlink(graph->links[i].slot_b);
+      graph->links.erase(graph->links.begin() + static_cast<std::ptrdiff_t>(i));
+      return;
+    }
+    case 2: {
+      const auto slots = static_cast<uint64_t>(4 * graph->nodes);
+      const auto a = static_cast<int32_t>((*random)() % slots);
+      const auto b = static_cast<int32_t>((*random)() % slots);
+      if (a / 4 == b / 4 || flow->twin(a) >= 0 || flow->twin(b) >= 0) return;
+      graph->links.push_back({a, b, capacity(), capacity()});
+      const Link& l = graph->links.back();
+      return flow->set_link(a, b, l.a_to_b, l.b_to_a);
+    }
+    default: {
+      const size_t i = (*random)() % static_cast<size_t>(graph->nodes);
+      const bool at_source = (*random)() % 2 == 0;
+      const Capacity amount = (*random)() % 4 == 0 ? 0 : 3 * capacity();
+      graph->source[i] = at_source ? amount : 0;
+      graph->sink[i] = at_source ? 0 : amount;
+      flow->set_terminal(static_cast<int32_t>(i), at_source ? amount : -amount);
+    }
+  }
+}
+
+TEST(MaxFlow, FollowsAnyChange) {
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 500; ++trial) {
+    const Capacity largest = trial % 2 == 0 ? 4 : 1'000'000'000;
+    Graph graph;
+    MaxFlow flow;
+    for (int step = 0; step < 12; ++step) {
+      if (step % 4 == 0) {
+        graph.nodes += static_cast<int32_t>(1 + random() % 15);
+        graph.source.resize(static_cast<size_t>(graph.nodes));
+        graph.sink.resize(static_cast<size_t>(graph.nodes));
+        flow.grow_to(graph.nodes);
+      }
+      for (int i = 0; i < 3 * graph.nodes; ++i) change(&graph, &flow, largest, &random);
+      MaxFlow fresh = graph.build();
+      ASSERT_EQ(flow.solve(), fresh.solve()) << "trial " << trial << " step " << step;
+      for (int32_t i = 0; i < graph.nodes; ++i) ASSERT_EQ(flow.side(i), fresh.side(i));
+      expect_cut_is_flow(graph, &flow);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace foresight
