@@ -17,7 +17,7 @@ namespace foresight {
 struct MapKeyframe {
   int32_t id = 0;  // ≥ 0, never reused within an epoch
   Pose<Map, Cam> map_from_cam;
-  Time time;  // of its image
+  Time time = {};  // of its image
 };
 
 struct MapPoint {

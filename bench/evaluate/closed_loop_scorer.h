@@ -51,7 +51,7 @@ struct ClosedLoopResult : PictureScores {
 struct ClosedLoopScoring {
   int every = 15;  // score the picture of each Nth predicted view; poses are all scored
   int grid_rows = 5;
-  std::string log_folder;  // for robot.lcmlog and operator.lcmlog; empty: none
+  std::string log_folder = {};  // for robot.lcmlog and operator.lcmlog; empty: none
 };
 
 ClosedLoopResult evaluate(const ClosedLoopOptions& options, const ClosedLoopScoring& scoring,

@@ -69,11 +69,11 @@ std::string Carver::Impl::validate() const {
     std::vector<int32_t> listed, ended, expected;
     for (const uint32_t entry : tracer.lists().entries(static_cast<int32_t>(id))) {
       const int32_t ray = carving::entry_ray(entry);
-      const bool ends = carving::entry_code(entry) == carving::kEntryEnd;
-      if (ends && map.rays[static_cast<size_t>(ray)].behind != static_cast<int32_t>(id)) {
+      const bool is_end = carving::entry_code(entry) == carving::kEntryEnd;
+      if (is_end && map.rays[static_cast<size_t>(ray)].behind != static_cast<int32_t>(id)) {
         return name + ": lists the end of a ray that ends elsewhere";
       }
-      (ends ? ended : listed).push_back(ray);
+      (is_end ? ended : listed).push_back(ray);
     }
     std::sort(listed.begin(), listed.end());
     for (size_t ray = 0; ray < map.rays.size(); ++ray) {

@@ -131,6 +131,8 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
   if (result != ApplyResult::kOk) return result;
   result = apply_all(delta.vertices_set, &CellComplex::set_vertex);
   if (result != ApplyResult::kOk) return result;
+  // Each facet is between two cells, but for those of the hull.
+  facets_.reserve(static_cast<size_t>(facets_.size()) + 2 * delta.cells_added.size());
   result = apply_all(delta.cells_added, &CellComplex::add_cell);
   if (result != ApplyResult::kOk) return result;
   return apply_all(delta.cells_updated, &CellComplex::update_cell);

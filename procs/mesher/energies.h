@@ -13,13 +13,13 @@ namespace foresight {
 /// Weights of the visibility energy, in votes: what one ray says weighs 1.
 struct VisibilityWeights {
   /// Of a ray that ends at a point, for surface behind that point.
-  double surface = 0.8;
+  double surface = 0.7;
   /// Of a facet in the surface that is badly shaped, times 1 − min(cos φ, cos ψ) in 0…2: φ, ψ are
   /// the angles between the facet and the circumspheres of its two cells (Labatut et al. 2009).
   double shape = 0.8;
   /// Of a cell that no ray crosses, for being free, if rays cross two of its four neighbours
   /// (three: twice as much; one: a fifth): corners that the rays just miss.
-  double pocket = 0.6;
+  double pocket = 0.4;
 };
 inline constexpr double kMaxVisibilityWeight = 1000;
 

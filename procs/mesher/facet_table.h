@@ -3,6 +3,7 @@
 // fills up with markers. 16 to 32 bytes per facet.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -50,6 +51,13 @@ class FacetTable {
     size_ = 0;
   }
 
+  /// Room for so many entries, at once.
+  void reserve(size_t size) {
+    size_t capacity = std::max<size_t>(entries_.size(), 64);
+    while (capacity < 2 * size) capacity *= 2;
+    if (capacity > entries_.size()) grow_to(capacity);
+  }
+
   /// The entry with this hash whose slot satisfies `matches`, or a null pointer. Valid until the
   /// next insert or erase.
   template <typename Matches>
@@ -62,7 +70,9 @@ class FacetTable {
   }
 
   void insert(uint32_t hash, int32_t slot) {
-    if (entries_.size() < 2 * static_cast<size_t>(size_ + 1)) grow();
+    if (entries_.size() < 2 * static_cast<size_t>(size_ + 1)) {
+      grow_to(std::max<size_t>(64, 2 * entries_.size()));
+    }
     place({slot, hash});
     ++size_;
   }
@@ -88,8 +98,8 @@ class FacetTable {
     while (entries_[i].slot >= 0) i = (i + 1) & mask();
     entries_[i] = entry;
   }
-  void grow() {
-    std::vector<Entry> old(entries_.empty() ? 64 : 2 * entries_.size());
+  void grow_to(size_t capacity) {
+    std::vector<Entry> old(capacity);
     old.swap(entries_);
     for (const Entry& entry : old) {
       if (entry.slot >= 0) place(entry);

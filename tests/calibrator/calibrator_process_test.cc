@@ -21,12 +21,16 @@ class ProcessTest : public testing::Test, public RobotListener {
     world_->set_tap([this](Time, Domain, const std::string& channel, auto bytes) {
       output_.insert(output_.end(), bytes.begin(), bytes.end());
       const int size = static_cast<int>(bytes.size());
-      if (channel == "ALIGNMENT") ASSERT_GT(alignment_.decode(bytes.data(), 0, size), 0);
+      if (channel == "ALIGNMENT") {
+        ASSERT_GT(alignment_.decode(bytes.data(), 0, size), 0);
+      }
       if (channel == "POSE_HINT") {
         ASSERT_GT(hint_.decode(bytes.data(), 0, size), 0);
         ++hints_;
       }
-      if (channel == "HEALTH") ASSERT_GT(health_.decode(bytes.data(), 0, size), 0);
+      if (channel == "HEALTH") {
+        ASSERT_GT(health_.decode(bytes.data(), 0, size), 0);
+      }
       if (channel == "BASE_POSE") {
         ASSERT_GT(base_.decode(bytes.data(), 0, size), 0);
         ++base_poses_;

@@ -235,13 +235,13 @@ TEST_F(Following, AnotherJointReferenceFedTheSamePredictsTheSame) {
 
 TEST_F(Following, TwoRunsGiveTheSameBytes) {
   const auto record = [] {
-    Rig rig(Rig::params_of("wam4"));
+    Rig own(Rig::params_of("wam4"));
     std::vector<uint8_t> all;
-    rig.world.set_tap([&](Time, Domain, const std::string&, auto bytes) {
+    own.world.set_tap([&](Time, Domain, const std::string&, auto bytes) {
       all.insert(all.end(), bytes.begin(), bytes.end());
     });
-    rig.start_arm();
-    rig.command_for(seconds(0.5), joints({0.3, 0.1, -0.2, 2}));
+    own.start_arm();
+    own.command_for(seconds(0.5), joints({0.3, 0.1, -0.2, 2}));
     return all;
   };
   EXPECT_EQ(record(), record());
