@@ -23,7 +23,7 @@ struct CarvingVertex {
 /// Facet k lies opposite vertex k.
 struct CellVotes {
   std::array<int32_t, 4> entered{};  // segments that enter the cell through facet k
-  int32_t started = 0;               // whose camera is in it
+  int32_t started = 0;               // whose camera is in it, or on its border and looks into it
   int32_t ended = 0;  // whose point is one of its vertices, and that would go on into it: surface
   bool operator==(const CellVotes&) const = default;
 };

@@ -223,7 +223,7 @@ int main(int argc, char** argv) {
   app.add_option("--mesh", arguments.mesh, "write the final mesh to this OBJ file");
   app.add_flag("--no-cut", arguments.no_mesh, "time the carver only");
   app.add_option("--energy", arguments.energy, "what the surface minimises")
-      ->check(CLI::IsMember({"visibility", "soft", "volume"}))
+      ->check(CLI::IsMember({"visibility", "volume"}))
       ->capture_default_str();
   app.add_option("--surface-weight", arguments.mesher.visibility.surface, "visibility: see mesher")
       ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))

@@ -96,8 +96,10 @@ std::string Carver::Impl::validate() const {
     if (limit > 0 && listed.size() > limit) return name + ": list longer than its bound";
   }
   if (static_cast<int64_t>(pairs) != tracer.lists().pairs()) return "wrong number of pairs";
-  const auto expected_ends = std::count_if(map.rays.begin(), map.rays.end(), [](const auto& ray) {
-    return ray.state == carving::RayState::kTraced && ray.behind >= 0;
+  const auto expected_ends = std::count_if(map.rays.begin(), map.rays.end(), [&](const auto& ray) {
+    const bool has_length = map.keyframes[static_cast<size_t>(ray.keyframe)].centre !=
+                            map.points[static_cast<size_t>(ray.point)].position;
+    return ray.state == carving::RayState::kTraced && has_length;
   });
   if (static_cast<int64_t>(ends) != expected_ends) return "wrong number of ends";
   return "";

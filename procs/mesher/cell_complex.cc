@@ -55,7 +55,7 @@ std::string_view to_string(ApplyResult result) {
     case ApplyResult::kBadPosition:
       return "position not finite";
     case ApplyResult::kBadConstraints:
-      return "negative constraint count";
+      return "impossible constraint count or votes";
     case ApplyResult::kRepeatedVertex:
       return "repeated vertex in a cell";
     case ApplyResult::kInvertedCell:
@@ -212,7 +212,8 @@ bool CellComplex::Evidence::makes_sense() const {
     if (n < 0) return false;
     crossing += n;
   }
-  return votes.started >= 0 && votes.ended >= 0 && crossing <= constraints;
+  return votes.started >= 0 && votes.ended >= 0 && votes.ended <= kMaxVotes &&
+         crossing <= constraints && constraints <= kMaxVotes;
 }
 
 // ---- Single steps -------------------------------------------------------------------------------
@@ -349,19 +350,15 @@ void CellComplex::detach(int32_t cell) {
 
 ApplyResult CellComplex::attach_facet(int32_t slot) {
   const FacetKey key = facet_key(slot);
-  FacetKey other;
-  const auto* entry = facets_.find(key.hash(), [&](int32_t candidate) {
-    other = facet_key(candidate);
-    return other.vertices == key.vertices;
-  });
+  const FacetTable::Entry* entry = facets_.find(key);
   if (entry == nullptr) {
     twins_[index(slot)] = -1;
     areas_[index(slot)] = facet_area(slot);
-    facets_.insert(key.hash(), slot);
+    facets_.insert(key, slot);
     return ApplyResult::kOk;
   }
   if (twin(entry->slot) >= 0) return ApplyResult::kCrowdedFacet;
-  if (other.odd == key.odd) return ApplyResult::kOverlappingCells;
+  if (entry->key == key) return ApplyResult::kOverlappingCells;
   twins_[index(slot)] = entry->slot;
   twins_[index(entry->slot)] = slot;
   areas_[index(slot)] = area(entry->slot);
@@ -369,15 +366,14 @@ ApplyResult CellComplex::attach_facet(int32_t slot) {
 }
 
 void CellComplex::detach_facet(int32_t slot) {
-  auto* entry = facets_.find(facet_key(slot).hash(), [&](int32_t candidate) {
-    return candidate == slot || candidate == twin(slot);
-  });
+  const FacetKey key = facet_key(slot);
+  FacetTable::Entry* entry = facets_.find(key);
   FORESIGHT_CHECK(entry != nullptr);
   if (twin(slot) < 0) {
     facets_.erase(entry);
     return;
   }
-  entry->slot = twin(slot);
+  *entry = {twin(slot), key.reversed()};
   twins_[index(entry->slot)] = -1;
   twins_[index(slot)] = -1;
 }
@@ -385,7 +381,7 @@ void CellComplex::detach_facet(int32_t slot) {
 FacetKey CellComplex::facet_key(int32_t slot) const {
   const auto& corners = kFacetCorners[index(slot % 4)];
   const int32_t first = slot - slot % 4;
-  return FacetKey::sorted(
+  return FacetKey::of(
       {vertex(first + corners[0]), vertex(first + corners[1]), vertex(first + corners[2])});
 }
 
@@ -419,8 +415,8 @@ std::optional<std::string_view> CellComplex::find_broken_invariant() const {
     }
     if (other >= 4 * cell_limit() || !exists(other / 4)) return "neighbour does not exist";
     if (twin(other) != slot) return "neighbours are not mutual";
-    if (facet_key(slot).vertices != facet_key(other).vertices) return "twins differ in vertices";
-    if (facet_key(slot).odd == facet_key(other).odd) return "neighbours overlap";
+    if (facet_key(slot) == facet_key(other)) return "neighbours overlap";
+    if (facet_key(slot) != facet_key(other).reversed()) return "twins differ in vertices";
     if (area(slot) != area(other)) return "twins differ in area";
   }
   if (cells != cell_count_) return "cell count";

@@ -36,7 +36,7 @@ enum class ApplyResult {
   kVertexIdOutOfRange,  // below the last hull corner
   kVertexInUse,         // removed or moved, but cells still hang on it
   kBadPosition,         // not finite
-  kBadConstraints,      // negative count, or more votes than constraints
+  kBadConstraints,      // negative or absurd count, or more votes than constraints
   kRepeatedVertex,      // within one cell
   kInvertedCell,        // negatively oriented, beyond what rounding positions to float explains
   kCrowdedFacet,        // more than two cells on one facet
@@ -46,7 +46,8 @@ std::string_view to_string(ApplyResult result);
 
 class CellComplex {
  public:
-  static constexpr int32_t kHullCorners = 8;  // vertex ids −1…−8
+  static constexpr int32_t kMaxVotes = 1 << 24;  // per cell: the flow adds them up
+  static constexpr int32_t kHullCorners = 8;     // vertex ids −1…−8
 
   [[nodiscard]] ApplyResult apply(const CarvingDelta& delta);
   void reset();

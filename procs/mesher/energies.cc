@@ -22,12 +22,11 @@ MaxFlow::Capacity to_capacity(double scaled) {
   return static_cast<MaxFlow::Capacity>(std::llround(scaled));
 }
 
-// ---- Visibility
-// -----------------------------------------------------------------------------------
+// ---- Visibility ----
 
 constexpr double kVote = 1 << 20;     // capacity of one ray: weights are kept to a millionth of it
 constexpr double kManyTouched = 0.5;  // share of the cells from which starting over is cheaper
-constexpr Capacity kCertain = Capacity{1} << 48;  // more than all rays of a map together
+constexpr Capacity kCertain = Capacity{1} << 48;  // of 2^28 rays, far more than a cell has
 
 Capacity votes(double count) { return to_capacity(kVote * count); }
 
@@ -100,12 +99,17 @@ void VisibilityGraph::update(CellComplex* complex, MaxFlow* flow) {
   if (anew) flow->reset(complex->cell_limit());
   flow->grow_to(complex->cell_limit());
   cosines_.resize(static_cast<size_t>(complex->cell_limit()));
-  started_ = true;
-  for (const int32_t cell : touched) {
+  for (int32_t cell = 0; !started_ && cell < complex->cell_limit(); ++cell) {
     if (complex->exists(cell)) {
       cosines_[static_cast<size_t>(cell)] = circumsphere_cosines(*complex, cell);
     }
   }
+  for (const int32_t cell : touched) {
+    if (started_ && complex->exists(cell)) {
+      cosines_[static_cast<size_t>(cell)] = circumsphere_cosines(*complex, cell);
+    }
+  }
+  started_ = true;
   if (anew) {
     for (int32_t cell = 0; cell < complex->cell_limit(); ++cell) {
       weigh_cell(*complex, cell, Links::kOnce, flow);
@@ -119,11 +123,14 @@ void VisibilityGraph::update(CellComplex* complex, MaxFlow* flow) {
   }
 }
 
-// A facet that has another cell behind it now.
+// A facet that has another cell behind it now, or none.
 void VisibilityGraph::unlink_old(const CellComplex& complex, int32_t cell, MaxFlow* flow) const {
   for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
     const int32_t twin = complex.exists(cell) ? complex.twin(slot) : -1;
-    if (flow->twin(slot) != twin) flow->unlink(slot);
+    const int32_t old = flow->twin(slot);
+    if (old < 0 || old == twin) continue;
+    flow->unlink(slot);
+    if (complex.exists(old / 4)) weigh_terminal(complex, old / 4, flow);
   }
 }
 
@@ -161,8 +168,7 @@ void VisibilityGraph::weigh_terminal(const CellComplex& complex, int32_t cell,
   flow->set_terminal(cell, terminal);
 }
 
-// ---- Eq. (1)
-// --------------------------------------------------------------------------------------
+// ---- Eq. (1) ----
 
 // A t-link that exceeds the cell's n-links decides its label, however large it is: it is cut to
 // just above their sum, which keeps huge hull cells from eating up the resolution.

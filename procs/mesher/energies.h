@@ -17,8 +17,8 @@ struct VisibilityWeights {
   /// Of a facet in the surface that is badly shaped, times 1 − min(cos φ, cos ψ) in 0…2: φ, ψ are
   /// the angles between the facet and the circumspheres of its two cells (Labatut et al. 2009).
   double shape = 0.8;
-  /// Of a cell that no ray crosses, for being free, if rays cross two of its four neighbours
-  /// (three: twice as much; one: a fifth): corners that the rays just miss.
+  /// Of a cell that no ray crosses, for being free, if rays cross two of its four neighbours (three
+  /// or four: twice as much; one: a fifth): corners that the rays just miss. Not at the hull.
   double pocket = 0.4;
 };
 inline constexpr double kMaxVisibilityWeight = 1000;

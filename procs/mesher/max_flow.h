@@ -18,8 +18,8 @@
 //   flow.solve();              // 3
 //   flow.side(0);              // Side::kSource
 //
-// The sum of all capacities must stay below 2^62. Memory: 136 bytes per node. Times on cell
-// complexes: docs/algorithms/regularisation.md.
+// Each node's capacities, and all t-links to the sink together, must stay below 2^61. Memory: 136
+// bytes per node. Times on cell complexes: docs/algorithms/regularisation.md.
 //
 // solve() leaves the residual graph behind. Links and t-links may be added, changed and removed
 // after it, and the next solve() goes on from there instead of starting over: where less fits

@@ -58,7 +58,7 @@ struct MesherOptions {
 struct CutStatistics {
   int32_t cells = 0;
   int32_t hull_facets = 0;
-  int32_t input_carved_cells = 0;  // by the data term
+  int32_t input_carved_cells = 0;  // crossed by min_constraints or more
   int32_t carved_cells = 0;        // after regularisation
   int32_t changed_cells = 0;
   int32_t decided_at_once = 0;    // cells whose label needed no search

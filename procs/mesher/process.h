@@ -10,7 +10,7 @@
 
 namespace foresight {
 
-/// CARVING_DELTA in, MESH out (paper §II-A, eq. 1).
+/// CARVING_DELTA in, MESH out (paper §II-A).
 class MesherProcess : public Process {
  public:
   using Params = MesherParams;

@@ -6,7 +6,7 @@
 namespace foresight::slam {
 
 /// In map units, from the geometry and the residuals of its observations; the keyframes are taken
-/// for exact. At most the distance from the source keyframe (nothing is known), never 0.
+/// for exact. At most the distance from the source keyframe (nothing is known).
 double position_sigma(const SlamMap& map, const Point& point);
 
 }  // namespace foresight::slam

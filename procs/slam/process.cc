@@ -182,6 +182,7 @@ void SlamProcess::publish_view(const image_t& image, const camera_pose_t& pose, 
 // An epoch is named by the frame with which it began, so that it stays unique across restarts.
 void SlamProcess::update_epoch(Time time) {
   if (slam_->epoch() == core_epoch_) return;
+  relocalised_.clear();
   core_epoch_ = slam_->epoch();
   epoch_ = time.us;
   epoch_is_sent_ = false;
@@ -247,8 +248,10 @@ bool SlamProcess::start_file_job() {
 
 void SlamProcess::note_relocalisation(const TrackingResult& result) {
   if (result.relocalised) {
-    char text[48];
-    std::snprintf(text, sizeof text, "relocalised after %.1f s", result.lost_s);
+    char text[64] = "relocalised: had taken another place for this one";
+    if (result.lost_s > 0) {
+      std::snprintf(text, sizeof text, "relocalised after %.1f s", result.lost_s);
+    }
     relocalised_ = text;
     relocalised_at_ = node_.now();
   } else if (node_.now() - relocalised_at_ > kRelocalisedShown) {

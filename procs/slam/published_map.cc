@@ -77,7 +77,7 @@ void PublishedMap::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
   const auto sigma = static_cast<float>(position_sigma(map, *point));
   const bool moved = (position - known.position_in_map).norm() > threshold_rad() * distance;
   const bool as_certain =
-      sigma < kOtherCertainty * known.sigma_mu && known.sigma_mu < kOtherCertainty * sigma;
+      sigma <= kOtherCertainty * known.sigma_mu && known.sigma_mu <= kOtherCertainty * sigma;
   if (is_new || moved || !as_certain) {
     if (is_new || moved) known.position_in_map = position;
     known.sigma_mu = sigma;

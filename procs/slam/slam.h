@@ -50,8 +50,8 @@ struct TrackingResult {
   int points_found = 0;      // found and consistent with the pose
   std::string reason;        // why initialising or lost: "parallax 0.4 deg, need 1.0"
   bool is_keyframe = false;
-  bool relocalised = false;  // this frame ended a loss
-  double lost_s = 0;         // how long that lasted, or the present one lasts
+  bool relocalised = false;  // this frame ended a loss, or was found to be of another place
+  double lost_s = 0;         // how long the loss lasted or lasts; 0: there was none
   int epoch = 0;
 };
 

@@ -254,5 +254,42 @@ TEST(Visibility, DeltasEqualFromScratch) {
   }
 }
 
+/// A receiver may be sent a hole: what was beside the cell is weighed anew, too.
+TEST(Visibility, ARemovedCellLeavesNothingBehind) {
+  Carver carver;
+  Mesher mesher({});
+  ASSERT_EQ(mesher.apply(carver.apply(room(300, 0.05, 5))), ApplyResult::kOk);
+  mesher.update();
+  CarvingDelta kept = carver.snapshot();
+  for (size_t n = 0; n < 40; ++n) {
+    const size_t victim = n * 7919 % kept.cells_added.size();
+    CarvingDelta hole;
+    hole.cells_removed.push_back(kept.cells_added[victim].id);
+    kept.cells_added.erase(kept.cells_added.begin() + static_cast<std::ptrdiff_t>(victim));
+    ASSERT_EQ(mesher.apply(hole), ApplyResult::kOk);
+    mesher.update();
+    Mesher fresh({});
+    ASSERT_EQ(fresh.apply(kept), ApplyResult::kOk);
+    fresh.update();
+    ASSERT_EQ(labels(mesher), labels(fresh)) << n;
+  }
+}
+
+TEST(Visibility, ARefusedDeltaChangesNothing) {
+  Carver carver;
+  Mesher mesher({});
+  ASSERT_EQ(mesher.apply(carver.apply(room(300, 0.05, 6))), ApplyResult::kOk);
+  const Mesh before = mesher.update();
+  CarvingDelta bad;
+  const CarvingDelta all = carver.snapshot();
+  for (size_t i = 0; i < 50; ++i) {
+    bad.cells_removed.push_back(all.cells_added[i].id);
+    bad.cells_updated.push_back({all.cells_added[i + 50].id, 9, {{9, 0, 0, 0}, 0, 9}});
+  }
+  bad.cells_updated.push_back({all.cells_added[0].id, 1, {}});  // is gone by then
+  ASSERT_NE(mesher.apply(bad), ApplyResult::kOk);
+  EXPECT_EQ(mesher.update().triangles, before.triangles);
+}
+
 }  // namespace
 }  // namespace foresight
