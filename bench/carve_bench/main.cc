@@ -33,7 +33,7 @@ using foresight::MesherOptions;
 struct Arguments {
   std::string input, json, mesh, energy = "visibility", lambda_unit = "relative";
   MesherOptions mesher;
-  bool no_mesh = false;
+  bool carver_only = false;
   bool reference_setup = false;
   int repeat = 1;
   int max_constraints = 0;
@@ -205,75 +205,91 @@ bool write_json(const Result& result, const std::string& path) {
   return static_cast<bool>(out);
 }
 
+void add_carver_options(Arguments* arguments, CLI::App* app) {
+  app->add_option("input", arguments->input, "NAME.carv.gz")->required();
+  app->add_flag("--reference-setup", arguments->reference_setup,
+                "hull of ±20 m, earlier observations of new points not carved, exact coordinates");
+  app->add_option("--json", arguments->json, "write the results to this file");
+  app->add_option("--repeat", arguments->repeat, "runs to average over")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--max-constraints", arguments->max_constraints, "per cell; 0 = all")
+      ->check(CLI::NonNegativeNumber);
+  app->add_option("--rebuild-cost-ratio", arguments->rebuild_cost_ratio,
+                  "rebuild when an update seems this many times dearer")
+      ->check(CLI::NonNegativeNumber);
+}
+
+void add_cut_options(Arguments* arguments, CLI::App* app) {
+  app->add_option("--mesh", arguments->mesh, "write the final mesh to this OBJ file");
+  app->add_flag("--no-cut", arguments->carver_only, "time the carver only");
+  app->add_option("--energy", arguments->energy, "what the surface minimises")
+      ->check(CLI::IsMember({"visibility", "volume"}))
+      ->capture_default_str();
+  app->add_option("--surface-weight", arguments->mesher.visibility.surface,
+                  "visibility: see mesher")
+      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
+      ->capture_default_str();
+  app->add_option("--shape-weight", arguments->mesher.visibility.shape, "visibility: see mesher")
+      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
+      ->capture_default_str();
+  app->add_option("--pocket-weight", arguments->mesher.visibility.pocket, "visibility: see mesher")
+      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
+      ->capture_default_str();
+  app->add_option("--lambda", arguments->mesher.lambda, "volume: weight of the area")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app->add_option("--lambda-unit", arguments->lambda_unit,
+                  "volume: shares of the scene's size, or map units")
+      ->check(CLI::IsMember({"relative", "map_unit"}))
+      ->capture_default_str();
+}
+
+void measure(const CarvSequence& sequence, const Arguments& arguments, CarverOptions options,
+             Result* result) {
+  options.max_constraints_per_cell = arguments.max_constraints;
+  options.rebuild_cost_ratio = arguments.rebuild_cost_ratio;
+  MesherOptions mesher = arguments.mesher;
+  if (arguments.energy == "volume") mesher.energy = foresight::Energy::kVolume;
+  if (arguments.lambda_unit == "map_unit") mesher.lambda_unit = foresight::LambdaUnit::kMapUnit;
+  time_carver(sequence, options, arguments.repeat, result);
+  if (!arguments.carver_only) {
+    time_mesher(sequence, options, mesher, arguments.repeat, result);
+  }
+}
+
+int fail(const std::string& why) {
+  std::fprintf(stderr, "%s\n", why.c_str());
+  return 64;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app{"Times free-space carving and the cut on a carvseq file"};
-  app.add_option("input", arguments.input, "NAME.carv.gz")->required();
-  app.add_flag("--reference-setup", arguments.reference_setup,
-               "hull of ±20 m, earlier observations of new points not carved, exact coordinates");
-  app.add_option("--json", arguments.json, "write the results to this file");
-  app.add_option("--repeat", arguments.repeat, "runs to average over")->check(CLI::PositiveNumber);
-  app.add_option("--max-constraints", arguments.max_constraints, "per cell; 0 = all")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--rebuild-cost-ratio", arguments.rebuild_cost_ratio,
-                 "rebuild when an update seems this many times dearer")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--mesh", arguments.mesh, "write the final mesh to this OBJ file");
-  app.add_flag("--no-cut", arguments.no_mesh, "time the carver only");
-  app.add_option("--energy", arguments.energy, "what the surface minimises")
-      ->check(CLI::IsMember({"visibility", "volume"}))
-      ->capture_default_str();
-  app.add_option("--surface-weight", arguments.mesher.visibility.surface, "visibility: see mesher")
-      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
-      ->capture_default_str();
-  app.add_option("--shape-weight", arguments.mesher.visibility.shape, "visibility: see mesher")
-      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
-      ->capture_default_str();
-  app.add_option("--pocket-weight", arguments.mesher.visibility.pocket, "visibility: see mesher")
-      ->check(CLI::Range(0.0, foresight::kMaxVisibilityWeight))
-      ->capture_default_str();
-  app.add_option("--lambda", arguments.mesher.lambda, "volume: weight of the area")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app.add_option("--lambda-unit", arguments.lambda_unit,
-                 "volume: shares of the scene's size, or map units")
-      ->check(CLI::IsMember({"relative", "map_unit"}))
-      ->capture_default_str();
+  add_carver_options(&arguments, &app);
+  add_cut_options(&arguments, &app);
   CLI11_PARSE(app, argc, argv);
-  if (arguments.energy == "volume") arguments.mesher.energy = foresight::Energy::kVolume;
-  if (arguments.lambda_unit == "map_unit") {
-    arguments.mesher.lambda_unit = foresight::LambdaUnit::kMapUnit;
+  if (arguments.carver_only && !arguments.mesh.empty()) {
+    return fail("--mesh needs the cut: leave out --no-cut");
   }
-
   foresight::CarvReadOptions reading;
   CarverOptions options;
-  options.max_constraints_per_cell = arguments.max_constraints;
-  options.rebuild_cost_ratio = arguments.rebuild_cost_ratio;
   if (arguments.reference_setup) {
     reading.earlier_observations = false;
     reading.mu_per_m = 1e5;
     options.hull_half_size_mu = 20.0 * reading.mu_per_m;
   }
   const CarvSequence sequence = foresight::read_carv(arguments.input, reading);
-  if (!sequence.error.empty()) {
-    std::fprintf(stderr, "%s\n", sequence.error.c_str());
-    return 64;
-  }
+  if (!sequence.error.empty()) return fail(sequence.error);
   Result result;
-  time_carver(sequence, options, arguments.repeat, &result);
-  if (!arguments.no_mesh) {
-    time_mesher(sequence, options, arguments.mesher, arguments.repeat, &result);
-  }
+  measure(sequence, arguments, options, &result);
   print(result);
   if (!arguments.json.empty() && !write_json(result, arguments.json)) {
-    std::fprintf(stderr, "%s: cannot be written\n", arguments.json.c_str());
-    return 64;
+    return fail(arguments.json + ": cannot be written");
   }
   if (!arguments.mesh.empty() && !write_obj(result.mesh, arguments.mesh)) {
-    std::fprintf(stderr, "%s: cannot be written\n", arguments.mesh.c_str());
-    return 64;
+    return fail(arguments.mesh + ": cannot be written");
   }
   return 0;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace foresight {
@@ -18,9 +19,7 @@ double capacity_scale(double total) {
   return std::ldexp(1.0, 58 - std::ilogb(total));
 }
 
-MaxFlow::Capacity to_capacity(double scaled) {
-  return static_cast<MaxFlow::Capacity>(std::llround(scaled));
-}
+Capacity to_capacity(double scaled) { return static_cast<Capacity>(std::llround(scaled)); }
 
 // ---- Visibility ----
 
@@ -93,33 +92,26 @@ Capacity entering(const CellComplex& complex, int32_t slot) {
 void VisibilityGraph::reset() { *this = VisibilityGraph(weights_); }
 
 void VisibilityGraph::update(CellComplex* complex, MaxFlow* flow) {
-  const std::vector<int32_t> touched = complex->take_touched();
+  std::vector<int32_t> cells = complex->take_touched();
   const bool anew =
-      !started_ || static_cast<double>(touched.size()) > kManyTouched * complex->cell_count();
-  if (anew) flow->reset(complex->cell_limit());
+      !started_ || static_cast<double>(cells.size()) > kManyTouched * complex->cell_count();
+  if (anew) {
+    cells.resize(static_cast<size_t>(complex->cell_limit()));
+    std::iota(cells.begin(), cells.end(), 0);
+    flow->reset(complex->cell_limit());
+  }
   flow->grow_to(complex->cell_limit());
   cosines_.resize(static_cast<size_t>(complex->cell_limit()));
-  for (int32_t cell = 0; !started_ && cell < complex->cell_limit(); ++cell) {
+  started_ = true;
+  for (const int32_t cell : cells) {
     if (complex->exists(cell)) {
       cosines_[static_cast<size_t>(cell)] = circumsphere_cosines(*complex, cell);
     }
+    unlink_old(*complex, cell, flow);
   }
-  for (const int32_t cell : touched) {
-    if (started_ && complex->exists(cell)) {
-      cosines_[static_cast<size_t>(cell)] = circumsphere_cosines(*complex, cell);
-    }
-  }
-  started_ = true;
-  if (anew) {
-    for (int32_t cell = 0; cell < complex->cell_limit(); ++cell) {
-      weigh_cell(*complex, cell, Links::kOnce, flow);
-    }
-    return;
-  }
-  for (const int32_t cell : touched) unlink_old(*complex, cell, flow);
-  for (const int32_t cell : touched) {
-    weigh_cell(*complex, cell, Links::kAll, flow);
-    weigh_neighbours(*complex, cell, flow);
+  for (const int32_t cell : cells) {
+    weigh_cell(*complex, cell, anew ? Links::kOnce : Links::kAll, flow);
+    if (!anew) weigh_neighbours(*complex, cell, flow);
   }
 }
 

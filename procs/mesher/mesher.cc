@@ -37,14 +37,15 @@ Mesh Mesher::update() {
   statistics_ = {};
   statistics_.cells = complex_.cell_count();
   statistics_.hull_facets = complex_.hull_facet_count();
-  statistics_.scene_size_mu = scene_size();
-  const bool relative = options_.lambda_unit == LambdaUnit::kRelative;
-  statistics_.lambda_mu = options_.lambda * (relative ? statistics_.scene_size_mu : 1.0);
   switch (options_.energy) {
     case Energy::kVisibility:
       visibility_.update(&complex_, &flow_);
       break;
     case Energy::kVolume:
+      statistics_.scene_size_mu = scene_size();
+      statistics_.lambda_mu =
+          options_.lambda *
+          (options_.lambda_unit == LambdaUnit::kRelative ? statistics_.scene_size_mu : 1.0);
       weigh_by_volume(complex_, statistics_.lambda_mu, options_.min_constraints, &flow_);
       break;
   }

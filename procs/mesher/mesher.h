@@ -62,8 +62,8 @@ struct CutStatistics {
   int32_t carved_cells = 0;        // after regularisation
   int32_t changed_cells = 0;
   int32_t decided_at_once = 0;    // cells whose label needed no search
-  double scene_size_mu = 0;       // median distance of the map points from their median
-  double lambda_mu = 0;           // λ in map units
+  double scene_size_mu = 0;       // eq. (1): median distance of the map points from their median
+  double lambda_mu = 0;           // eq. (1): λ in map units
   double changed_volume_mu3 = 0;  // first term of E
   double surface_area_mu2 = 0;    // the mesh's area: second term of E, without λ
   double energy_mu3 = 0;          // E of eq. (1)
