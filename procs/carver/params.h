@@ -15,9 +15,7 @@ struct CarverParams {
        .min = 0,
        .max = 1e6,
        .doc = "keep only the K most dissimilar constraints of a cell (paper §II-A); 0: all, exact. "
-              "With "
-              "K the mesher's visibility energy counts at most K rays per cell: use its volume "
-              "energy"});
+              "K is for mesher.energy=volume: visibility needs all"});
     v("hull_extent_factor", options.hull_extent_factor,
       {.unit = "1", .min = 2, .max = 1e4, .doc = "size of the bounding cube over that of the map"});
     v("rebuild_cost_ratio", options.rebuild_cost_ratio,

@@ -135,31 +135,26 @@ Feature SegmentWalker::exit_of_facet(const Feature& facet) const {
   FORESIGHT_CHECK(!"a line leaves the facet it runs in");
 }
 
-// Does the line leave the cell by the facet opposite the target? 2: through its inside, 1: through
-// an edge or a vertex of it, 0: no, and `negative_edge` is an edge (from corner n to n + 1 of the
-// facet) that it misses.
-int SegmentWalker::exit_sides(int32_t id, int* negative_edge) const {
+// Does the line leave the cell by the facet opposite the target? If it misses it, `missed_edge` is
+// one (from corner n to n + 1 of the facet) on whose other side it passes.
+SegmentWalker::Exit SegmentWalker::exit_opposite_target(int32_t id, int* missed_edge) const {
   const Cell& cell = cell_at(id);
   const int* corners = kFacetVertices[index_of(cell.vertices, target_)];
   std::array<Sheared, 3> sheared;
   for (size_t n = 0; n < 3; ++n) {
     sheared[n] = shear(cell.vertices[static_cast<size_t>(corners[n])]);
   }
-  int positive = 0, zero = 0;
+  int positive = 0;
   for (size_t n = 0; n < 3; ++n) {
     const int sign = side(sheared[n], sheared[(n + 1) % 3]);
     if (sign < 0) {
-      *negative_edge = static_cast<int>(n);
-      return 0;
+      *missed_edge = static_cast<int>(n);
+      return Exit::kMissed;
     }
     positive += sign > 0;
-    zero += sign == 0;
   }
-  if (positive == 0) {
-    *negative_edge = 0;
-    return 0;
-  }
-  return zero == 0 ? 2 : 1;
+  *missed_edge = 0;
+  return positive == 3 ? Exit::kInside : positive > 0 ? Exit::kOnBorder : Exit::kMissed;
 }
 
 // Around the target from cell to cell towards where the segment goes; if that does not get there
@@ -169,9 +164,9 @@ SegmentWalker::Behind SegmentWalker::behind(int32_t incident) {
   int32_t id = incident;
   for (int step = 0; step < kSoon; ++step) {
     int edge = 0;
-    const int found = exit_sides(id, &edge);
-    if (found == 2) return {id, false};
-    if (found == 1) break;
+    const Exit exit = exit_opposite_target(id, &edge);
+    if (exit == Exit::kInside) return {id, false};
+    if (exit == Exit::kOnBorder) break;
     const Cell& cell = cell_at(id);
     const int* corners = kFacetVertices[index_of(cell.vertices, target_)];
     id = cell.neighbors[static_cast<size_t>(corners[(edge + 2) % 3])];
@@ -187,9 +182,9 @@ SegmentWalker::Behind SegmentWalker::behind(int32_t incident) {
   Behind best;
   for (const int32_t cell : incident_) {
     int edge = 0;
-    const int found = exit_sides(cell, &edge);
-    if (found == 2) return {cell, false};
-    if (found == 0) continue;
+    const Exit exit = exit_opposite_target(cell, &edge);
+    if (exit == Exit::kInside) return {cell, false};
+    if (exit == Exit::kMissed) continue;
     if (best.cell < 0 || sorted_corners(cell) < sorted_corners(best.cell)) best = {cell, true};
   }
   FORESIGHT_CHECK(best.cell >= 0);

@@ -90,7 +90,8 @@ class SegmentWalker {
   Feature exit_of_edge(const Feature& at, const Feature& edge) const;
   bool holds_target(const Feature& face) const;
   void collect_incident(const Feature& at);
-  int exit_sides(int32_t cell, int* negative_edge) const;
+  enum class Exit : uint8_t { kMissed, kOnBorder, kInside };
+  Exit exit_opposite_target(int32_t cell, int* missed_edge) const;
 
   const CellComplex& complex_;
   Point3 from_{}, to_{};
