@@ -19,7 +19,7 @@ std::string Carver::validate() const { return impl_->validate(); }
 
 CarvingDelta Carver::Impl::apply(const MapDelta& delta) {
   map.stage(delta);
-  tracer.start_delta();
+  tracer.start_delta(map.staged.retired);
   cells_replaced = 0;
   const RebuildReason reason = rebuild_reason();
   return reason == RebuildReason::kNever ? update() : rebuild(reason);
@@ -101,7 +101,7 @@ CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
   tracer.relocate();
   tracer.note_all_cells();
   tracer.trace(map.staged.issued);
-  tracer.lists().report_all();
+  tracer.lists().take_changed();
   finish();
   ++rebuilds;
   last_rebuild = reason;

@@ -40,10 +40,8 @@ CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change)
   }
   for (const int32_t cell : change.created) delta.cells_added.push_back(cell_message(cell));
   auto& lists = tracer.lists();
-  for (const int32_t cell : change.created) lists.report(cell);
-  for (const int32_t cell : lists.take_touched()) {
-    const bool kept = delaunay.complex().states[static_cast<size_t>(cell)] == CellState::kKept;
-    if (!kept || !lists.report(cell)) continue;
+  for (const int32_t cell : lists.take_changed()) {
+    if (delaunay.complex().states[static_cast<size_t>(cell)] != CellState::kKept) continue;
     delta.cells_updated.push_back(
         {cell, static_cast<int32_t>(lists.constraints(cell)), lists.votes(cell)});
   }

@@ -1,33 +1,30 @@
 #include "procs/carver/constraint_lists.h"
 
 #include <algorithm>
-#include <bit>
-#include <utility>
 
 namespace foresight::carving {
 
 void ConstraintLists::reset() { *this = ConstraintLists(); }
 
 CellVotes ConstraintLists::votes(int32_t cell) const {
-  const auto count = [&](uint32_t code) { return static_cast<int32_t>(at(cell).counts[code]); };
+  const auto count = [&](uint32_t code) {
+    return static_cast<int32_t>(at(cell).count.by_code[code]);
+  };
   return {{count(0), count(1), count(2), count(3)}, count(kEntryStart), count(kEntryEnd)};
 }
 
-bool ConstraintLists::report(int32_t cell) {
-  Counts& known = reported_[static_cast<size_t>(cell)];
-  if (known == at(cell).counts) return false;
-  known = at(cell).counts;
-  return true;
-}
-
-void ConstraintLists::report_all() {
-  for (size_t cell = 0; cell < lists_.size(); ++cell) report(static_cast<int32_t>(cell));
-  take_touched();
-}
-
-std::vector<int32_t> ConstraintLists::take_touched() {
-  for (const int32_t cell : touched_) at(cell).touched = false;
-  return std::exchange(touched_, {});
+std::vector<int32_t> ConstraintLists::take_changed() {
+  std::vector<int32_t> changed;
+  for (const Touched& touched : touched_) {
+    List& list = at(touched.cell);
+    list.touched = false;
+    const Count before =
+        touched.before < 0 ? Count{} : counts_before_[static_cast<size_t>(touched.before)];
+    if (list.count != before) changed.push_back(touched.cell);
+  }
+  touched_.clear();
+  counts_before_.clear();
+  return changed;
 }
 
 void ConstraintLists::release(int32_t cell) {
@@ -40,16 +37,17 @@ void ConstraintLists::release(int32_t cell) {
 }
 
 void ConstraintLists::grow(List& list) {
-  const uint32_t capacity = std::max<uint32_t>(4, 2 * list.capacity);
-  uint32_t* data = take_block(capacity);
-  std::copy_n(list.data, list.size, data);
+  const auto log_capacity = static_cast<uint8_t>(std::max(2, list.log_capacity + 1));
+  uint32_t* data = take_block(log_capacity);
+  std::copy_n(list.data, list.count.entries, data);
   give_block(list);
   list.data = data;
-  list.capacity = capacity;
+  list.log_capacity = log_capacity;
 }
 
-uint32_t* ConstraintLists::take_block(uint32_t capacity) {
-  auto& spare = spare_[static_cast<size_t>(std::countr_zero(capacity))];
+uint32_t* ConstraintLists::take_block(uint8_t log_capacity) {
+  auto& spare = spare_[log_capacity];
+  const uint32_t capacity = 1U << log_capacity;
   if (!spare.empty()) {
     uint32_t* block = spare.back();
     spare.pop_back();
@@ -71,13 +69,11 @@ uint32_t* ConstraintLists::take_block(uint32_t capacity) {
 }
 
 void ConstraintLists::give_block(List& list) {
-  if (list.capacity == 0) return;
-  spare_[static_cast<size_t>(std::countr_zero(list.capacity))].push_back(list.data);
+  if (list.log_capacity != 0) spare_[list.log_capacity].push_back(list.data);
 }
 
 size_t ConstraintLists::memory_bytes() const {
-  size_t bytes =
-      pool_entries_ * sizeof(uint32_t) + lists_.capacity() * (sizeof(List) + sizeof(Counts));
+  size_t bytes = pool_entries_ * sizeof(uint32_t) + lists_.capacity() * sizeof(List);
   for (const auto& spare : spare_) bytes += spare.capacity() * sizeof(uint32_t*);
   return bytes;
 }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/carving_delta.h"
+#include "procs/carver/grow.h"
 #include "procs/carver/segment_walker.h"
 
 namespace foresight::carving {
@@ -29,34 +30,33 @@ constexpr uint32_t entry_code(uint32_t entry) { return entry & 7U; }
 class ConstraintLists {
  public:
   /// Makes room for cells 0 … cells − 1; new ones have empty lists.
-  void resize(size_t cells) {
-    lists_.resize(cells);
-    reported_.resize(cells);
-  }
+  void resize(size_t cells) { grow_to(lists_, cells); }
   /// Forgets all lists and frees the memory.
   void reset();
 
   std::span<const uint32_t> entries(int32_t cell) const {
     const List& list = at(cell);
-    return {list.data, list.size};
+    return {list.data, list.count.entries};
   }
   /// Constraints that cross the cell; entries of those that end in front of it are not among them.
-  uint32_t constraints(int32_t cell) const { return at(cell).size - at(cell).counts[kEntryEnd]; }
+  uint32_t constraints(int32_t cell) const {
+    return at(cell).count.entries - at(cell).count.by_code[kEntryEnd];
+  }
   CellVotes votes(int32_t cell) const;
   size_t cells() const { return lists_.size(); }
   void push(int32_t cell, uint32_t entry) {
     List& list = at(cell);
     touch(cell, list);
-    if (list.size == list.capacity) grow(list);
-    list.data[list.size++] = entry;
-    ++list.counts[entry_code(entry)];
+    if (list.count.entries == list.capacity()) grow(list);
+    list.data[list.count.entries] = entry;
+    list.count.add(entry, 1);
     pairs_ += entry_code(entry) != kEntryEnd;
   }
   void replace(int32_t cell, size_t index, uint32_t entry) {
     List& list = at(cell);
     touch(cell, list);
-    --list.counts[entry_code(list.data[index])];
-    ++list.counts[entry_code(entry)];
+    list.count.add(list.data[index], -1);
+    list.count.add(entry, 1);
     list.data[index] = entry;
   }
   /// Drops the entries for which `drop(entry)` holds; keeps the order of the others.
@@ -65,25 +65,35 @@ class ConstraintLists {
   /// The cell is gone: its list is emptied and its memory reused.
   void release(int32_t cell);
 
-  /// Whether the cell's counts differ from those that receivers know; then they know these.
-  bool report(int32_t cell);
-  void report_all();
-  /// Cells whose counts may differ from the reported ones; then there are none.
-  std::vector<int32_t> take_touched();
+  /// Cells whose counts are not what they were when this was last called (or are gone since).
+  std::vector<int32_t> take_changed();
 
   /// Sum of all cells' constraints.
   int64_t pairs() const { return pairs_; }
   size_t memory_bytes() const;
 
  private:
+  struct Count {
+    uint32_t entries = 0;
+    std::array<uint32_t, kCountedCodes> by_code{};
+    void add(uint32_t entry, int32_t one) {
+      entries += static_cast<uint32_t>(one);
+      if (entry_code(entry) < kCountedCodes)
+        by_code[entry_code(entry)] += static_cast<uint32_t>(one);
+    }
+    bool operator==(const Count&) const = default;
+  };
   struct List {
     uint32_t* data = nullptr;
-    uint32_t size = 0;
-    uint32_t capacity = 0;                       // 0 or 4 · 2^n
-    std::array<uint32_t, kEntryCodes> counts{};  // entries by code
+    Count count;
+    uint8_t log_capacity = 0;  // 0: no block
     bool touched = false;
+    uint32_t capacity() const { return log_capacity == 0 ? 0 : 1U << log_capacity; }
   };
-  using Counts = std::array<uint32_t, kEntryCodes>;
+  struct Touched {
+    int32_t cell = 0;
+    int32_t before = -1;  // in counts_before_; −1: all zero
+  };
   static constexpr size_t kChunk = 1 << 16;  // entries
 
   List& at(int32_t cell) { return lists_[static_cast<size_t>(cell)]; }
@@ -91,19 +101,21 @@ class ConstraintLists {
   void touch(int32_t cell, List& list) {
     if (list.touched) return;
     list.touched = true;
-    touched_.push_back(cell);
+    const bool empty = list.count.entries == 0;
+    touched_.push_back({cell, empty ? -1 : static_cast<int32_t>(counts_before_.size())});
+    if (!empty) counts_before_.push_back(list.count);
   }
   void grow(List& list);
-  uint32_t* take_block(uint32_t capacity);
+  uint32_t* take_block(uint8_t log_capacity);
   void give_block(List& list);
 
   std::vector<List> lists_;
-  std::vector<Counts> reported_;                  // parallel: what receivers know
   std::array<std::vector<uint32_t*>, 32> spare_;  // by log2 of the capacity
   std::vector<std::unique_ptr<uint32_t[]>> chunks_;
   size_t chunk_used_ = kChunk;
   size_t pool_entries_ = 0;
-  std::vector<int32_t> touched_;
+  std::vector<Touched> touched_;
+  std::vector<Count> counts_before_;
   int64_t pairs_ = 0;
 };
 
@@ -111,17 +123,18 @@ template <class Drop>
 void ConstraintLists::filter(int32_t cell, Drop&& drop) {
   List& list = at(cell);
   uint32_t kept = 0;
-  for (uint32_t n = 0; n < list.size; ++n) {
+  while (kept < list.count.entries && !drop(list.data[kept])) ++kept;
+  if (kept == list.count.entries) return;
+  touch(cell, list);
+  for (uint32_t n = kept, all = list.count.entries; n < all; ++n) {
     const uint32_t entry = list.data[n];
     if (!drop(entry)) {
       list.data[kept++] = entry;
       continue;
     }
-    --list.counts[entry_code(entry)];
+    list.count.add(entry, -1);
     pairs_ -= entry_code(entry) != kEntryEnd;
   }
-  if (kept != list.size) touch(cell, list);
-  list.size = kept;
 }
 
 }  // namespace foresight::carving

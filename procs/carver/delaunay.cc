@@ -1,11 +1,6 @@
 #include "procs/carver/delaunay.h"
 
-#include <CGAL/Delaunay_triangulation_3.h>
-#include <CGAL/Delaunay_triangulation_cell_base_3.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Spatial_sort_traits_adapter_3.h>
-#include <CGAL/Triangulation_cell_base_with_info_3.h>
-#include <CGAL/Triangulation_vertex_base_with_info_3.h>
 #include <CGAL/property_map.h>
 #include <CGAL/spatial_sort.h>
 
@@ -13,26 +8,12 @@
 #include <string>
 
 #include "common/check.h"
+#include "procs/carver/cgal_delaunay.h"
+#include "procs/carver/grow.h"
+#include "procs/carver/vertex_removal.h"
 
 namespace foresight::carving {
 namespace {
-
-constexpr int32_t kUnnumbered = -1;
-constexpr int32_t kOutside = -2;  // infinite cells; they never change: all points are inside
-
-struct CellNumber {
-  int32_t id = kUnnumbered;
-};
-
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<int32_t, Kernel>;
-using CellBase =
-    CGAL::Triangulation_cell_base_with_info_3<CellNumber, Kernel,
-                                              CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
-using Structure = CGAL::Triangulation_data_structure_3<VertexBase, CellBase>;
-using Triangulation = CGAL::Delaunay_triangulation_3<Kernel, Structure>;
-using CellHandle = Triangulation::Cell_handle;
-using VertexHandle = Triangulation::Vertex_handle;
 
 Kernel::Point_3 to_cgal(const Point3& p) { return {p[0], p[1], p[2]}; }
 
@@ -45,6 +26,7 @@ struct Delaunay::Cgal {
   std::vector<CellHandle> outside;     // the infinite cells
   std::vector<CellHandle> queue;
   CellHandle hint;
+  VertexRemoval removal;
 
   void number_new_cell(CellHandle cell, Delaunay& owner);
 };
@@ -139,7 +121,7 @@ void Delaunay::remove(int32_t vertex) {
   for (const CellHandle cell : star) {
     if (cell->info().id >= 0) change_.destroyed.push_back(cell->info().id);
   }
-  cgal.triangulation.remove(handle);
+  if (!cgal.removal.remove(cgal.triangulation, handle, star)) cgal.triangulation.remove(handle);
   cgal.vertices[static_cast<size_t>(vertex)] = VertexHandle();
   cgal.hint = cgal.outside.front();
 }
@@ -159,9 +141,9 @@ void Delaunay::Cgal::number_new_cell(CellHandle cell, Delaunay& owner) {
   if (cell->info().id != kUnnumbered) return;
   int32_t id = static_cast<int32_t>(owner.complex_.cells.size());
   if (owner.free_cells_.empty()) {
-    owner.complex_.cells.emplace_back();
-    owner.complex_.states.push_back(CellState::kFree);
-    cells.emplace_back();
+    add_one(owner.complex_.cells);
+    add_one(owner.complex_.states);
+    add_one(cells);
   } else {
     id = owner.free_cells_.back();
     owner.free_cells_.pop_back();

@@ -6,10 +6,10 @@
 
 namespace foresight::carving {
 
-void SegmentWalker::aim(const Point3& from, int32_t target) {
+void SegmentWalker::aim(const Point3& from, int32_t target, const Point3& to) {
   from_ = from;
   target_ = target;
-  to_ = position(target);
+  to_ = to;
   const Point3 d{to_[0] - from[0], to_[1] - from[1], to_[2] - from[2]};
   k_ = 0;
   for (int axis = 1; axis < 3; ++axis) {

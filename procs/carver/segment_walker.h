@@ -7,7 +7,7 @@
 // runs inside a facet, the general step (segment_walker.cc) takes over.
 //
 //   SegmentWalker walker(complex);
-//   walker.aim(camera_centre, target_vertex);
+//   walker.aim(camera_centre, target_vertex, its_position);
 //   bool degenerate = walker.trace(start, [&](int32_t cell, uint32_t entry) { …; return true; });
 //
 // Source: visibility walks along a line, e.g. Devillers, Pion, Teillaud, "Walking in a
@@ -26,9 +26,9 @@ namespace foresight::carving {
 
 /// How a segment came into a cell: through facet 0…3, or otherwise.
 inline constexpr uint32_t kEntryStart = 4;  // it starts here: holds the camera
-inline constexpr uint32_t kEntryOther = 5;  // through an edge or a vertex
-inline constexpr uint32_t kEntryEnd = 6;    // it does not: it ends in front of it, at a vertex
-inline constexpr uint32_t kEntryCodes = 7;
+inline constexpr uint32_t kEntryEnd = 5;    // it does not: it ends in front of it, at a vertex
+inline constexpr uint32_t kCountedCodes = 6;
+inline constexpr uint32_t kEntryOther = 6;  // through an edge or a vertex
 
 enum class WalkEnd : uint8_t { kArrived, kStopped, kDegenerate };
 
@@ -36,8 +36,8 @@ class SegmentWalker {
  public:
   explicit SegmentWalker(const CellComplex& complex) : complex_(complex) {}
 
-  /// The segment runs from `from` to the position of vertex `target`.
-  void aim(const Point3& from, int32_t target);
+  /// The segment runs from `from` to `to`, the position of vertex `target`.
+  void aim(const Point3& from, int32_t target, const Point3& to);
 
   /// From the camera on. `visit(cell, entry)` returns false to stop. Returns whether the segment
   /// met an edge or vertex, ran in a facet, or started on one (before it stopped).

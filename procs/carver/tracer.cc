@@ -8,6 +8,7 @@ namespace foresight::carving {
 
 void Tracer::reset() {
   lists_.reset();
+  special_.clear();
   crossed_.clear();
   grazing_.clear();
   lost_ends_.clear();
@@ -20,38 +21,53 @@ void Tracer::reset() {
   last_start_ = 0;
 }
 
-void Tracer::start_delta() {
+void Tracer::start_delta(const std::vector<RetiredRay>& retired) {
   ++stamp_;
   runs_ = 0;
   traced_ = 0;
+  for (const RetiredRay& ray : retired) note_special(ray.ray, true);
+}
+
+void Tracer::note_special(int32_t ray, bool special) {
+  const auto at = static_cast<size_t>(ray);
+  if (at >= special_.size()) special_.resize(map_.rays.size());
+  special_[at] = special;
 }
 
 const Feature& Tracer::aim(int32_t ray) {
   const RayRecord& record = ray_at(ray);
   const KeyframeRecord& keyframe = map_.keyframes[static_cast<size_t>(record.keyframe)];
-  walker_.aim(keyframe.centre, map_.points[static_cast<size_t>(record.point)].vertex);
+  const PointRecord& point = map_.points[static_cast<size_t>(record.point)];
+  walker_.aim(keyframe.centre, point.vertex, point.position);
   return keyframe.start;
 }
 
 void Tracer::erase(const std::vector<RetiredRay>& retired) {
+  marked_.resize(complex_.cells.size());
+  const auto note = [&](int32_t cell) {
+    const auto at = static_cast<size_t>(cell);
+    if (!marked_[at]) crossed_.push_back(cell);
+    marked_[at] = true;
+  };
   for (const RetiredRay& ray : retired) {
-    walker_.aim(ray.from, ray.vertex);
+    walker_.aim(ray.from, ray.vertex, complex_.positions[static_cast<size_t>(ray.vertex)]);
     walker_.trace(ray.start, [&](int32_t cell, uint32_t) {
-      crossed_.push_back(cell);
+      note(cell);
       return true;
     });
     const int32_t behind = ray_at(ray.ray).behind;
-    if (behind >= 0) crossed_.push_back(behind);
+    if (behind >= 0) note(behind);
   }
-  std::sort(crossed_.begin(), crossed_.end());
-  crossed_.erase(std::unique(crossed_.begin(), crossed_.end()), crossed_.end());
+  for (const int32_t cell : crossed_) marked_[static_cast<size_t>(cell)] = false;
 }
 
 void Tracer::prune() {
   for (const int32_t cell : crossed_) {
     if (state_of(cell) != CellState::kKept) continue;
-    lists_.filter(
-        cell, [&](uint32_t entry) { return ray_at(entry_ray(entry)).state == RayState::kRetired; });
+    lists_.filter(cell, [&](uint32_t entry) {
+      const int32_t ray = entry_ray(entry);
+      return special_[static_cast<size_t>(ray)] && ray_at(ray).state == RayState::kRetired;
+    });
   }
   crossed_.clear();
 }
@@ -94,8 +110,15 @@ void Tracer::retrace(const TriangulationChange& change) {
   spoiled_ = false;
   for (const int32_t cell : change.created) note_cell(cell);
   for (size_t n = 0; n < change.destroyed.size(); ++n) {
-    retrace_cell(change.destroyed[n], change.entries[n]);
+    collect_runs(change.destroyed[n], change.entries[n]);
   }
+  for (size_t n = 0; n < to_run_.size(); ++n) {
+    prefetch(n);
+    run(to_run_[n]);
+  }
+  runs_ += static_cast<int64_t>(to_run_.size());
+  to_run_.clear();
+  for (const int32_t ray : std::exchange(starts_, {})) retrace_start(ray);
   if (!change.destroyed.empty()) queue_grazing();
   retrace_whole(change);
   if (!change.destroyed.empty()) retrace_ends();
@@ -132,38 +155,53 @@ void Tracer::retrace_ends() {
   lost_ends_.clear();
 }
 
-// Takes up each ray where it enters the changed region.
-void Tracer::retrace_cell(int32_t destroyed, const std::array<RegionEntry, 4>& entries) {
+// Each ray is taken up where it enters the changed region; what it does elsewhere in it follows.
+void Tracer::collect_runs(int32_t destroyed, const std::array<RegionEntry, 4>& entries) {
   for (const uint32_t entry : lists_.entries(destroyed)) {
     const int32_t ray = entry_ray(entry);
     const uint32_t code = entry_code(entry);
-    if (ray_at(ray).state != RayState::kTraced) continue;
-    if (code == kEntryEnd) {
-      lost_ends_.push_back(ray);
-      continue;
+    if (limit_ > 0 || code >= kEntryStart || special_[static_cast<size_t>(ray)]) {
+      collect_special(ray, code);
+    } else if (entries[code].cell >= 0) {
+      to_run_.push_back({ray, entries[code]});
     }
-    if (limit_ > 0 || ray_at(ray).degenerate || code == kEntryOther) {
-      queue_whole(ray);
-      continue;
-    }
-    if (code == kEntryStart) {
-      retrace_start(ray);
-      continue;
-    }
-    const RegionEntry& resume = entries[code];
-    if (resume.cell < 0) continue;
-    ++runs_;
-    aim(ray);
-    const WalkEnd end =
-        walker_.walk_from_facet(resume.cell, resume.facet, [&](int32_t cell, uint32_t facet) {
-          if (state_of(cell) != CellState::kNew) return false;
-          lists_.push(cell, make_entry(ray, facet));
-          return true;
-        });
-    if (end == WalkEnd::kDegenerate) {
-      spoiled_ = true;
-      queue_whole(ray);
-    }
+  }
+}
+
+void Tracer::collect_special(int32_t ray, uint32_t code) {
+  if (ray_at(ray).state != RayState::kTraced) return;
+  if (code == kEntryEnd) {
+    lost_ends_.push_back(ray);
+  } else if (limit_ > 0 || ray_at(ray).degenerate || code == kEntryOther) {
+    queue_whole(ray);
+  } else {
+    starts_.push_back(ray);
+  }
+}
+
+void Tracer::run(const Run& run) {
+  if (ray_at(run.ray).degenerate) return;  // found out meanwhile, will be traced as a whole
+  aim(run.ray);
+  const WalkEnd end =
+      walker_.walk_from_facet(run.resume.cell, run.resume.facet, [&](int32_t cell, uint32_t facet) {
+        if (state_of(cell) != CellState::kNew) return false;
+        lists_.push(cell, make_entry(run.ray, facet));
+        return true;
+      });
+  if (end != WalkEnd::kDegenerate) return;
+  spoiled_ = true;
+  queue_whole(run.ray);
+}
+
+// Rays lie anywhere in memory, and so do their points.
+void Tracer::prefetch(size_t run) const {
+  constexpr size_t kRayAhead = 16, kPointAhead = 8;
+  if (run + kRayAhead < to_run_.size()) {
+    __builtin_prefetch(&map_.rays[static_cast<size_t>(to_run_[run + kRayAhead].ray)]);
+  }
+  if (run + kPointAhead < to_run_.size()) {
+    const RayRecord& ray = map_.rays[static_cast<size_t>(to_run_[run + kPointAhead].ray)];
+    __builtin_prefetch(&map_.points[static_cast<size_t>(ray.point)]);
   }
 }
 
@@ -183,6 +221,7 @@ void Tracer::retrace_start(int32_t ray) {
 void Tracer::queue_whole(int32_t ray) {
   RayRecord& record = ray_at(ray);
   record.degenerate = limit_ == 0;
+  note_special(ray, record.degenerate);
   if (record.stamp == stamp_) return;
   record.stamp = stamp_;
   whole_.push_back(ray);
@@ -204,6 +243,7 @@ void Tracer::trace_whole(int32_t ray, Visit&& visit) {
   const Feature start = aim(ray);
   RayRecord& record = ray_at(ray);
   record.degenerate = walker_.trace(start, visit);
+  note_special(ray, record.degenerate);
   if (walker_.grazed() && !record.grazing) grazing_.push_back(ray);
   record.grazing = walker_.grazed();
 }

@@ -41,13 +41,22 @@ class Tracer {
   const ConstraintLists& lists() const { return lists_; }
   int64_t runs() const { return runs_; }  // of the last delta
   int64_t traced() const { return traced_; }
-  void start_delta();
+  void start_delta(const std::vector<RetiredRay>& retired);
 
  private:
   RayRecord& ray_at(int32_t ray) { return map_.rays[static_cast<size_t>(ray)]; }
   CellState state_of(int32_t cell) const { return complex_.states[static_cast<size_t>(cell)]; }
+  // A ray to be taken up again where it enters the changed region.
+  struct Run {
+    int32_t ray = 0;
+    RegionEntry resume;
+  };
+
   const Feature& aim(int32_t ray);
-  void retrace_cell(int32_t destroyed, const std::array<RegionEntry, 4>& entries);
+  void collect_runs(int32_t destroyed, const std::array<RegionEntry, 4>& entries);
+  void collect_special(int32_t ray, uint32_t code);
+  void run(const Run& run);
+  void prefetch(size_t run) const;
   void retrace_start(int32_t ray);
   void queue_whole(int32_t ray);
   void queue_grazing();
@@ -58,6 +67,7 @@ class Tracer {
   void place_end(int32_t ray);
   void retrace_ends();
   void add(int32_t cell, int32_t ray, uint32_t code);
+  void note_special(int32_t ray, bool special);
   void add_dissimilar(int32_t cell, int32_t ray, uint32_t code);
   Point3 direction(int32_t ray) const;
 
@@ -67,8 +77,12 @@ class Tracer {
   ConstraintLists lists_;
   uint32_t limit_;
   uint32_t stamp_ = 0;
-  int32_t last_start_ = 0;  // a cell near the cameras, to start searches from
-  bool spoiled_ = false;    // a run met a degeneracy: its ray is traced again as a whole
+  int32_t last_start_ = 0;       // a cell near the cameras, to start searches from
+  bool spoiled_ = false;         // a run met a degeneracy: its ray is traced again as a whole
+  std::vector<bool> special_;    // by ray: retired or degenerate (16 kB where records are 1 MB)
+  std::vector<bool> marked_;     // scratch, by cell: is in crossed_
+  std::vector<Run> to_run_;      // scratch
+  std::vector<int32_t> starts_;  // scratch: rays whose first cell is gone
   std::vector<int32_t> whole_, crossed_, grazing_;
   std::vector<int32_t> lost_ends_, tied_;  // rays whose cell behind is gone, or is a convention
   std::vector<int32_t> cell_by_vertex_;    // any one of them
