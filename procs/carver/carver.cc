@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "procs/carver/carver_impl.h"
+#include "procs/carver/thinning.h"
 
 namespace foresight {
 
@@ -19,10 +20,31 @@ std::string Carver::validate() const { return impl_->validate(); }
 
 CarvingDelta Carver::Impl::apply(const MapDelta& delta) {
   map.stage(delta);
+  const bool thinned = thin();
   tracer.start_delta(map.staged.retired);
   cells_replaced = 0;
   const RebuildReason reason = rebuild_reason();
-  return reason == RebuildReason::kNever ? update() : rebuild(reason);
+  CarvingDelta result = reason == RebuildReason::kNever ? update() : rebuild(reason);
+  if (thinned) tracer.lists().compact();
+  return result;
+}
+
+size_t Carver::Impl::memory_bytes() const {
+  return map.memory_bytes() + delaunay.memory_bytes() + tracer.lists().memory_bytes();
+}
+
+// Lists are what thinning makes smaller. Returns whether it did something.
+bool Carver::Impl::thin() {
+  const auto limit = static_cast<size_t>(options.memory_limit_bytes);
+  const size_t held = memory_bytes();
+  over_limit = limit > 0 && held > limit;
+  if (!over_limit) return false;
+  const auto lists = static_cast<double>(tracer.lists().list_bytes());
+  const auto traced = static_cast<double>(map.live_rays);
+  const double excess = static_cast<double>(held) - 0.75 * static_cast<double>(limit);
+  const double wanted = std::clamp(traced * excess / std::max(lists, 1.0), 0.0, traced);
+  over_limit = thin_oldest(map, static_cast<int64_t>(wanted)) == 0;
+  return !over_limit;
 }
 
 RebuildReason Carver::Impl::rebuild_reason() const {
@@ -43,15 +65,15 @@ bool Carver::Impl::staged_fits_hull() const {
 
 // Estimates in microseconds, measured on the carving sequences (docs/algorithms/carving.md).
 bool Carver::Impl::update_is_dearer() const {
-  constexpr double kRemoval = 75.0, kInsertion = 10.0, kBuiltVertex = 8.0, kRay = 1.1;
-  constexpr double kRaysPerChange = 60.0;
-  const auto rays = static_cast<double>(map.live_rays);
+  constexpr double kRemoval = 16.0, kInsertion = 11.0, kBuiltVertex = 8.0, kRay = 1.1;
+  constexpr double kRetracing = 18.0;  // of the rays through what a removal or insertion changes
   const auto removals = static_cast<double>(map.staged.detached.size());
   const auto insertions = static_cast<double>(map.staged.attached.size());
   const auto walks = static_cast<double>(map.staged.retired.size() + map.staged.issued.size());
-  const double retraced = std::min(rays, kRaysPerChange * (removals + insertions));
-  const double update = kRemoval * removals + kInsertion * insertions + kRay * (walks + retraced);
-  const double anew = kBuiltVertex * static_cast<double>(map.live_points) + kRay * rays;
+  const double update = kRemoval * removals + kInsertion * insertions +
+                        kRetracing * (removals + insertions) + kRay * walks;
+  const double anew = kBuiltVertex * static_cast<double>(map.live_points) +
+                      kRay * static_cast<double>(map.live_rays);
   return update > options.rebuild_cost_ratio * anew;
 }
 
@@ -121,6 +143,7 @@ CarverStatistics Carver::Impl::collect_statistics() const {
   s.vertices = vertices.live();
   s.keyframes = map.live_keyframes;
   s.constraints = map.live_rays;
+  s.thinned_constraints = map.thinned_rays;
   const auto& lists = tracer.lists();
   const auto& states = delaunay.complex().states;
   for (size_t cell = 0; cell < states.size(); ++cell) {
@@ -131,8 +154,8 @@ CarverStatistics Carver::Impl::collect_statistics() const {
     s.max_constraints_in_cell = std::max(s.max_constraints_in_cell, count);
   }
   s.ray_cell_pairs = lists.pairs();
-  s.memory_bytes =
-      static_cast<int64_t>(map.memory_bytes() + delaunay.memory_bytes() + lists.memory_bytes());
+  s.memory_bytes = static_cast<int64_t>(memory_bytes());
+  s.over_memory_limit = over_limit;
   s.ignored_inputs = map.ignored;
   s.rebuilds = rebuilds;
   s.last_rebuild = last_rebuild;

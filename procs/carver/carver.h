@@ -47,6 +47,10 @@ struct CarverOptions {
   /// Rebuild from scratch when the estimated cost of the incremental update exceeds this multiple
   /// of the estimated cost of a rebuild. 0 = always rebuild; a huge value = never.
   double rebuild_cost_ratio = 1.0;
+  /// When the carver holds more than this, the oldest constraints are forgotten, down to
+  /// three quarters of it (a point keeps its newest constraint; thinning.h). It is looked at after
+  /// each delta, so one delta's growth can exceed it. 0 = no limit.
+  int64_t memory_limit_bytes = 0;
 };
 
 /// Why the triangulation was last built from scratch.
@@ -56,13 +60,15 @@ struct CarverStatistics {
   int64_t points = 0;    // known map points
   int64_t vertices = 0;  // vertices of the triangulation, without the 8 hull corners
   int64_t keyframes = 0;
-  int64_t constraints = 0;  // known observations
-  int64_t cells = 0;        // finite cells
+  int64_t constraints = 0;          // known observations
+  int64_t thinned_constraints = 0;  // forgotten because of the memory limit, since the start
+  int64_t cells = 0;                // finite cells
   int64_t carved_cells = 0;
   int64_t ray_cell_pairs = 0;  // sum of the cells' constraint counts
   int64_t max_constraints_in_cell = 0;
-  int64_t memory_bytes = 0;    // estimate of what the carver holds
-  int64_t ignored_inputs = 0;  // entries of deltas that were unknown, repeated or broken
+  int64_t memory_bytes = 0;        // estimate of what the carver holds
+  bool over_memory_limit = false;  // and nothing is left that could be thinned
+  int64_t ignored_inputs = 0;      // entries of deltas that were unknown, repeated or broken
   int64_t rebuilds = 0;
   RebuildReason last_rebuild = RebuildReason::kNever;
   double hull_half_size_mu = 0.0;  // now; 0 before the first build

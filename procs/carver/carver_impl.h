@@ -29,6 +29,8 @@ struct Carver::Impl {
 
   RebuildReason rebuild_reason() const;
   bool update_is_dearer() const;
+  size_t memory_bytes() const;
+  bool thin();
   bool staged_fits_hull() const;
   CarvingDelta update();
   CarvingDelta rebuild(RebuildReason reason);
@@ -48,6 +50,7 @@ struct Carver::Impl {
   int64_t rebuilds = 0;
   RebuildReason last_rebuild = RebuildReason::kNever;
   int64_t cells_replaced = 0;
+  bool over_limit = false;
 };
 
 }  // namespace foresight

@@ -1,6 +1,8 @@
 #include "procs/carver/constraint_lists.h"
 
 #include <algorithm>
+#include <bit>
+#include <utility>
 
 namespace foresight::carving {
 
@@ -48,6 +50,7 @@ void ConstraintLists::grow(List& list) {
 uint32_t* ConstraintLists::take_block(uint8_t log_capacity) {
   auto& spare = spare_[log_capacity];
   const uint32_t capacity = 1U << log_capacity;
+  list_entries_ += capacity;
   if (!spare.empty()) {
     uint32_t* block = spare.back();
     spare.pop_back();
@@ -69,7 +72,26 @@ uint32_t* ConstraintLists::take_block(uint8_t log_capacity) {
 }
 
 void ConstraintLists::give_block(List& list) {
-  if (list.log_capacity != 0) spare_[list.log_capacity].push_back(list.data);
+  if (list.log_capacity == 0) return;
+  list_entries_ -= list.capacity();
+  spare_[list.log_capacity].push_back(list.data);
+}
+
+void ConstraintLists::compact() {
+  const auto old = std::exchange(chunks_, {});
+  for (auto& spare : spare_) spare = {};
+  chunk_used_ = kChunk;
+  pool_entries_ = list_entries_ = 0;
+  for (List& list : lists_) {
+    const uint32_t* data = list.data;
+    list.data = nullptr;
+    list.log_capacity = 0;
+    if (list.count.entries == 0) continue;
+    list.log_capacity =
+        static_cast<uint8_t>(std::max<int>(2, std::bit_width(list.count.entries - 1)));
+    list.data = take_block(list.log_capacity);
+    std::copy_n(data, list.count.entries, list.data);
+  }
 }
 
 size_t ConstraintLists::memory_bytes() const {

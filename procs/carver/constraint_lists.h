@@ -71,6 +71,10 @@ class ConstraintLists {
   /// Sum of all cells' constraints.
   int64_t pairs() const { return pairs_; }
   size_t memory_bytes() const;
+  /// Of memory_bytes(), what the lists themselves need: the rest is room for others.
+  size_t list_bytes() const { return list_entries_ * sizeof(uint32_t); }
+  /// Moves all lists to new memory and frees the old; for a moment there are both.
+  void compact();
 
  private:
   struct Count {
@@ -113,7 +117,8 @@ class ConstraintLists {
   std::array<std::vector<uint32_t*>, 32> spare_;  // by log2 of the capacity
   std::vector<std::unique_ptr<uint32_t[]>> chunks_;
   size_t chunk_used_ = kChunk;
-  size_t pool_entries_ = 0;
+  size_t pool_entries_ = 0;  // allocated
+  size_t list_entries_ = 0;  // of these, in lists
   std::vector<Touched> touched_;
   std::vector<Count> counts_before_;
   int64_t pairs_ = 0;

@@ -64,11 +64,9 @@ void MapState::remove_observation(const MapObservation& observation) {
   const int32_t keyframe = find_keyframe(observation.keyframe_id);
   const int32_t point = find_point(observation.point_id);
   const int32_t ray = keyframe < 0 || point < 0 ? -1 : find_ray(keyframe, point);
-  if (ray < 0) {
-    ++ignored;
-    return;
-  }
-  retire_ray(ray);
+  if (ray >= 0) return retire_ray(ray);
+  const bool perhaps_thinned = thinned_rays > 0 && keyframe >= 0 && point >= 0;
+  ignored += !perhaps_thinned;
 }
 
 void MapState::remove_point(int32_t id) {
@@ -116,6 +114,7 @@ void MapState::set_keyframe(const MapKeyframe& keyframe) {
   if (number < 0) {
     number = allocate(keyframes, free_keyframes_);
     keyframe_by_id_[keyframe.id] = number;
+    keyframes[static_cast<size_t>(number)].arrival = ++arrivals_;
     ++live_keyframes;
   }
   KeyframeRecord& record = keyframes[static_cast<size_t>(number)];
@@ -187,6 +186,11 @@ void MapState::retire_ray(int32_t ray) {
   record.state = RayState::kRetired;
   dropped_rays_.push_back(ray);
   --live_rays;
+}
+
+void MapState::thin_ray(int32_t ray) {
+  retire_ray(ray);
+  ++thinned_rays;
 }
 
 // One end moves: traced rays are replaced; new ones will be traced with the new geometry anyway.

@@ -18,6 +18,7 @@ namespace foresight::carving {
 
 struct KeyframeRecord {
   int32_t id = 0;
+  int64_t arrival = 0;  // ascending with age
   Point3 centre{};
   Feature start;  // where the centre lies; cell −1 = not located
   bool alive = false;
@@ -83,6 +84,10 @@ class MapState {
   StagedChanges staged;
   int64_t ignored = 0;
   int64_t live_points = 0, live_keyframes = 0, live_rays = 0;
+  int64_t thinned_rays = 0;  // forgotten to save memory, since the start
+
+  /// Forgets an observation to save memory; that it is removed later is then no mistake.
+  void thin_ray(int32_t ray);
 
   /// The number of the point with this id, or −1.
   int32_t find_point(int32_t id) const;
@@ -104,6 +109,7 @@ class MapState {
   int32_t find_ray(int32_t keyframe, int32_t point) const;
 
   double max_coordinate_;
+  int64_t arrivals_ = 0;
   std::unordered_map<int32_t, int32_t> point_by_id_, keyframe_by_id_;
   std::vector<int32_t> free_points_, free_keyframes_, free_rays_;
   std::vector<int32_t> dropped_points_, dropped_keyframes_, dropped_rays_;

@@ -7,6 +7,13 @@ namespace foresight {
 
 struct CarverParams {
   CarverOptions options;
+  double memory_limit_mb = 1024;
+
+  CarverOptions carver_options() const {
+    CarverOptions o = options;
+    o.memory_limit_bytes = static_cast<int64_t>(1e6 * memory_limit_mb);
+    return o;
+  }
 
   template <class V>
   void visit(V& v) {
@@ -23,6 +30,11 @@ struct CarverParams {
        .min = 0,
        .max = 1e9,
        .doc = "rebuild when an update costs more than this multiple of a rebuild"});
+    v("memory_limit_mb", memory_limit_mb,
+      {.unit = "MB",
+       .min = 0,
+       .max = 1e6,
+       .doc = "beyond it the oldest constraints are forgotten; 0: no limit"});
   }
 };
 

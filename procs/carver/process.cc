@@ -1,10 +1,13 @@
 #include "procs/carver/process.h"
 
+#include <cstdio>
+
 namespace foresight {
 
 CarverProcess::CarverProcess(Node& node, const CarverParams& params)
     : node_(node),
-      carver_(params.options),
+      params_(params),
+      carver_(params.carver_options()),
       requester_(node, "MAP_DELTA", Domain::kRobot),
       sender_(node.advertise<carving_delta_t>(
                   {.channel = "CARVING_DELTA", .doc = "changed cells and their constraint counts"}),
@@ -35,19 +38,30 @@ void CarverProcess::on_map_delta(const map_delta_t& message) {
     sender_.restart(node_.now());
     sender_.send_delta(data_time_, receiver_.epoch(), carver_.snapshot());
   }
-  node_.set_state(ProcessState::kOk, "");
-  publish_metrics(node_.now() - begin);
+  publish(carver_.statistics(), node_.now() - begin);
 }
 
 void CarverProcess::on_request(const snapshot_request_t& request) {
   if (request.channel == "CARVING_DELTA") sender_.send_snapshot(data_time_, carver_.snapshot());
 }
 
-void CarverProcess::publish_metrics(Duration elapsed) {
-  const CarverStatistics s = carver_.statistics();
+void CarverProcess::publish(const CarverStatistics& s, Duration elapsed) {
+  char limit[64];
+  std::snprintf(limit, sizeof limit, "memory limit of %.6g MB", params_.memory_limit_mb);
+  if (s.over_memory_limit) {
+    node_.set_state(ProcessState::kDegraded,
+                    std::string(limit) + ": needs more even with one constraint per point");
+  } else if (s.thinned_constraints > 0) {
+    node_.set_state(ProcessState::kOk, std::string(limit) + ": " +
+                                           std::to_string(s.thinned_constraints) +
+                                           " oldest constraints were forgotten");
+  } else {
+    node_.set_state(ProcessState::kOk, "");
+  }
   node_.set_metric("points", static_cast<double>(s.points));
   node_.set_metric("keyframes", static_cast<double>(s.keyframes));
   node_.set_metric("constraints", static_cast<double>(s.constraints));
+  node_.set_metric("thinned_constraints", static_cast<double>(s.thinned_constraints));
   node_.set_metric("cells", static_cast<double>(s.cells));
   node_.set_metric("carved_cells", static_cast<double>(s.carved_cells));
   node_.set_metric("ignored_inputs", static_cast<double>(s.ignored_inputs));

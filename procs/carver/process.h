@@ -23,9 +23,10 @@ class CarverProcess : public Process {
  private:
   void on_map_delta(const map_delta_t& message);
   void on_request(const snapshot_request_t& request);
-  void publish_metrics(Duration elapsed);
+  void publish(const CarverStatistics& s, Duration elapsed);
 
   Node& node_;
+  CarverParams params_;
   Carver carver_;
   DeltaReceiver<map_delta_t, MapDelta> receiver_;
   SnapshotRequester requester_;

@@ -79,7 +79,7 @@ class Tracer {
   uint32_t stamp_ = 0;
   int32_t last_start_ = 0;       // a cell near the cameras, to start searches from
   bool spoiled_ = false;         // a run met a degeneracy: its ray is traced again as a whole
-  std::vector<bool> special_;    // by ray: retired or degenerate (16 kB where records are 1 MB)
+  std::vector<bool> special_;    // by ray: retired or degenerate
   std::vector<bool> marked_;     // scratch, by cell: is in crossed_
   std::vector<Run> to_run_;      // scratch
   std::vector<int32_t> starts_;  // scratch: rays whose first cell is gone
