@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 #include <vector>
+
+#include "bench/slam_eval/depth_image.h"
 
 namespace foresight {
 namespace {
@@ -32,15 +34,14 @@ struct Compared {
   std::vector<double> measured_m;
 };
 
-std::vector<double> depths_around(const cv::Mat& depth, const Eigen::Vector2d& pixel,
-                                  double depth_scale) {
+std::vector<double> depths_around(const cv::Mat& depth_m, const Eigen::Vector2d& pixel) {
   std::vector<double> depths;
   for (int dv = -kPatchRadius_px; dv <= kPatchRadius_px; ++dv) {
     for (int du = -kPatchRadius_px; du <= kPatchRadius_px; ++du) {
       const int u = static_cast<int>(std::lround(pixel.x())) + du;
       const int v = static_cast<int>(std::lround(pixel.y())) + dv;
-      const uint16_t raw = depth.at<uint16_t>(v, u);
-      if (raw != 0 && raw != 65535) depths.push_back(raw * depth_scale);
+      const float measured_m = depth_m.at<float>(v, u);
+      if (measured_m > 0) depths.push_back(static_cast<double>(measured_m));
     }
   }
   return depths;
@@ -101,8 +102,8 @@ DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
     const auto live = live_poses.find(entry.time);
     const int32_t keyframe = nearest_keyframe(keyframe_times, entry.time);
     if (live == live_poses.end() || keyframe < 0) continue;
-    const cv::Mat depth = cv::imread(entry.path, cv::IMREAD_UNCHANGED);
-    if (depth.empty() || depth.type() != CV_16UC1) continue;
+    const cv::Mat depth_m = load_depth(sequence, entry);
+    if (depth_m.empty()) continue;
     const Pose<Cam, Map> cam_from_map = live->second.inverse();
     for (const int32_t id : seen_by[keyframe]) {
       const MapPoint& point = points.at(id);
@@ -110,7 +111,7 @@ DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
       if (p.z() <= 0 || !sequence.camera.in_image(sequence.camera.project(p), kPatchRadius_px + 1))
         continue;
       Compared c{p.z(), static_cast<double>(point.sigma_mu),
-                 depths_around(depth, sequence.camera.project(p), sequence.depth_scale)};
+                 depths_around(depth_m, sequence.camera.project(p))};
       if (!c.measured_m.empty()) compared.push_back(std::move(c));
     }
   }

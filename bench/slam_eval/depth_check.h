@@ -22,7 +22,7 @@ struct DepthCheck {
   double metres_per_mu = 0;
 };
 
-/// Needs depth images that are registered to the colour images (Sequence::depth_scale > 0).
+/// `live_poses`: at the times of depth images; others are passed over.
 DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
                        const std::map<int32_t, Time>& keyframe_times,
                        const std::map<Time, Pose<Map, Cam>>& live_poses);

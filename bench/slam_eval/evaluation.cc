@@ -197,6 +197,7 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
     }
     const MapDelta delta = slam.take_delta();
     if (r.is_keyframe) note_keyframe(delta, entry.time, &keyframe_times);
+    if (range.on_delta) range.on_delta(e.answers.back(), delta);
     if (e.answers.size() == playlist.size() / 2) {
       e.keyframes_at_half = slam.statistics().keyframes;
       e.points_at_half = slam.statistics().points;
@@ -215,11 +216,25 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   const MapDelta snapshot = slam.snapshot();
   e.hash = hash_of(e.answers, snapshot);
   if (sequence.depth_scale > 0) {
-    const std::map<Time, Pose<Map, Cam>> poses = live_poses(e, slam.epoch());
-    e.depth = check_depth(sequence, snapshot, keyframe_times, poses);
-    compare_transfer(sequence, poses, &e);
+    e.depth = check_depth(sequence, snapshot, keyframe_times,
+                          poses_at_depth_images(sequence, e, slam.epoch()));
+    if (!sequence.depth_camera) compare_transfer(sequence, live_poses(e, slam.epoch()), &e);
   }
   return e;
+}
+
+std::map<Time, Pose<Map, Cam>> poses_at_depth_images(const Sequence& sequence, const Evaluation& e,
+                                                     int epoch) {
+  const Similarity<World, Map> map_as_world;  // pose_at() speaks of the world
+  std::vector<TimedPose> track;
+  for (const auto& [time, pose] : live_poses(e, epoch))
+    track.push_back({time, map_as_world * pose});
+  std::map<Time, Pose<Map, Cam>> poses;
+  for (const SequenceImage& depth : sequence.depth_images) {
+    const auto pose = pose_at(track, depth.time, milliseconds(100));
+    if (pose) poses[depth.time] = map_as_world.inverse() * *pose;
+  }
+  return poses;
 }
 
 Evaluation median_of(const std::vector<Evaluation>& runs) {

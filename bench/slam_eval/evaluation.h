@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -77,6 +79,7 @@ struct Evaluation {
   StoredMap map;      // in the end
   uint64_t hash = 0;  // of all poses and of the final map: equal bytes, equal hash
   std::vector<Eigen::Vector3d> truth_path, estimated_path;  // aligned, m
+  std::optional<Similarity<World, Map>> world_from_map;     // what aligned them
 };
 
 Similarity<World, Map> align_umeyama(const std::vector<Eigen::Vector3d>& points_in_map,
@@ -88,9 +91,15 @@ struct EvaluationRange {
   bool verbose = false;
   std::string save_folder;  // for the map and the trajectory; empty: not saved
   double focal_factor = 1;  // of the focal length that the core is given: a wrong camera file
+  /// Told after each image what changed in the map, for what follows slam in the line.
+  std::function<void(const Answer&, const MapDelta&)> on_delta = nullptr;
 };
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
                     const EvaluationRange& range);
+
+/// The live poses of an epoch at the times of the depth images, which may lie between two images.
+std::map<Time, Pose<Map, Cam>> poses_at_depth_images(const Sequence& sequence,
+                                                     const Evaluation& evaluation, int epoch);
 
 /// Of several runs: the medians of times and memory; the rest is the first run's. Throws
 /// UnavailableError if the runs' hashes differ.

@@ -47,6 +47,7 @@ std::optional<Similarity<World, Map>> align(const Sequence& sequence, int epoch,
   if (in_map.size() < 3) return std::nullopt;
   const Similarity<World, Map> world_from_map = align_umeyama(in_map, e->truth_path);
   for (const Eigen::Vector3d& p : in_map) e->estimated_path.push_back(world_from_map * p);
+  e->world_from_map = world_from_map;
   return world_from_map;
 }
 

@@ -46,9 +46,16 @@ double number_in(const std::string& path, const std::string& key, double fallbac
   return fallback;
 }
 
-double depth_scale_of(const std::string& camera_file) {
-  const bool own_camera = number_in(camera_file, "depth_fx", 0) > 0;
-  return own_camera ? 0 : number_in(camera_file, "depth_scale", 1.0 / 5000);
+// A camera of the depth images' own, without distortion and with the colour images' size.
+std::optional<CameraModel> depth_camera_of(const std::string& camera_file,
+                                           const CameraModel& camera) {
+  CameraModel own = camera.undistorted();
+  own.fx_px = number_in(camera_file, "depth_fx", 0);
+  own.fy_px = number_in(camera_file, "depth_fy", own.fx_px);
+  own.cx_px = number_in(camera_file, "depth_cx", camera.cx_px);
+  own.cy_px = number_in(camera_file, "depth_cy", camera.cy_px);
+  if (own.fx_px <= 0 || own.fy_px <= 0) return std::nullopt;
+  return own;
 }
 
 }  // namespace
@@ -65,7 +72,9 @@ Sequence load_sequence(const std::string& folder) {
   sequence.images = load_list(root, "rgb.txt");
   sequence.depth_images = load_list(root, "depth.txt");
   if (!sequence.depth_images.empty()) {
-    sequence.depth_scale = depth_scale_of((root / "camera.yaml").string());
+    const std::string camera_file = (root / "camera.yaml").string();
+    sequence.depth_scale = number_in(camera_file, "depth_scale", 1.0 / 5000);
+    sequence.depth_camera = depth_camera_of(camera_file, sequence.camera);
   }
   if (sequence.images.empty()) {
     throw UnavailableError((root / "rgb.txt").string() + ": no images ('seconds file' per line)");

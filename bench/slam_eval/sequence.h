@@ -23,9 +23,11 @@ struct Sequence {
   std::vector<SequenceImage> images;
   std::vector<SequenceImage> depth_images;  // may be empty
   std::vector<TimedPose> truth;             // may be empty
-  /// Metres per unit of the depth images; 0 if there are none or they are not registered to the
-  /// colour images (camera.yaml then has a depth_fx of their own). TUM's default is 1/5000.
+  /// Metres per unit of the depth images; 0 if there are none. TUM's default is 1/5000.
   double depth_scale = 0;
+  /// What took the depth images, if they are not registered to the colour images (camera.yaml then
+  /// has a depth_fx of their own); load_depth() registers them.
+  std::optional<CameraModel> depth_camera;
 
   /// Interpolated; empty outside the truth or in a gap of more than 0.1 s.
   std::optional<Pose<World, Cam>> truth_at(Time time) const;

@@ -1,0 +1,84 @@
+// mesh-eval SEQUENCE_DIR…: how right is the mesh of a real image sequence? See mesh_evaluation.h.
+// scripts/mesh_eval builds and runs it.
+#include <cstdio>
+#include <filesystem>
+
+#include "bench/evaluate/swarm.h"
+#include "bench/mesh_eval/mesh_evaluation.h"
+#include "bench/mesh_eval/mesh_pictures.h"
+#include "bench/mesh_eval/reports.h"
+#include "common/tool_main.h"
+#include "procs/carver/process.h"
+#include "procs/mesher/process.h"
+#include "procs/slam/process.h"
+
+namespace foresight {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> folders, settings;
+  std::string json, pictures;
+  PlayRange play;
+  int every = 1;
+  bool mesh_alone = false;
+};
+
+void declare(CLI::App& app, Arguments& a) {
+  app.add_option("sequence", a.folders, "folders with rgb.txt, depth.txt, camera.yaml")->required();
+  app.add_option("--every", a.every, "score each Nth depth image")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  app.add_option("--start", a.play.start, "first image")->check(CLI::NonNegativeNumber);
+  app.add_option("--frames", a.play.frames, "number of images; -1: all")->capture_default_str();
+  app.add_option("--set", a.settings, "process.key=value (repeatable), of slam, carver or mesher")
+      ->allow_extra_args(false);
+  app.add_option("--json", a.json, "write the table's rows to this file");
+  app.add_option("--picture", a.pictures, "draw each sequence's mesh as JPEG into this folder");
+  app.add_flag("--mesh-alone", a.mesh_alone,
+               "leave the sequence's own images, which may not be ours to show, out of pictures");
+}
+
+MeshEvaluationOptions options_of(const Arguments& a) {
+  check_settings(a.settings, {"slam", "carver", "mesher"});
+  const MesherParams mesher = Swarm::params<MesherProcess>(a.settings);
+  return {.slam = Swarm::params<SlamProcess>(a.settings).options,
+          .mesh = {.carver = Swarm::params<CarverProcess>(a.settings).options,
+                   .mesher = mesher.options(),
+                   .period = seconds(1 / mesher.rate_hz)},
+          .play = a.play,
+          .every = a.every};
+}
+
+int evaluate_all(const Arguments& a) {
+  const MeshEvaluationOptions options = options_of(a);
+  std::vector<MeshEvaluation> evaluations;
+  for (const std::string& folder : a.folders) {
+    const Sequence sequence = load_sequence(folder);
+    MeshEvaluation e = evaluate_mesh(sequence, options);
+    if (!a.pictures.empty()) {
+      std::filesystem::create_directories(a.pictures);
+      write_mesh_picture(sequence, e,
+                         a.mesh_alone ? PictureOf::kMeshAlone : PictureOf::kMeshAndImages,
+                         a.pictures + "/" + e.sequence + ".jpg");
+    }
+    e.mesh = {};
+    evaluations.push_back(std::move(e));
+  }
+  std::fputs(table_of(evaluations).c_str(), stdout);
+  if (!a.json.empty()) write_json(evaluations, a.json);
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace foresight
+
+int main(int argc, char** argv) {
+  using namespace foresight;
+  Arguments arguments;
+  CLI::App app(
+      "Compares the mesh of real image sequences, as slam, carver and mesher make it, with their "
+      "depth images",
+      "mesh-eval");
+  declare(app, arguments);
+  return tool_main(app, argc, argv, [&] { return evaluate_all(arguments); });
+}
