@@ -48,7 +48,8 @@ void append(T value, std::vector<char>* bytes) {
 std::string ply_header(const Mesh& mesh) {
   return "ply\nformat binary_little_endian 1.0\nelement vertex " +
          std::to_string(mesh.vertices_in_map.size()) +
-         "\nproperty float x\nproperty float y\nproperty float z\nproperty int id\nelement face " +
+         "\nproperty float x\nproperty float y\nproperty float z\nproperty int id\nproperty float "
+         "confidence\nelement face " +
          std::to_string(mesh.triangles.size()) +
          "\nproperty list uchar int vertex_indices\nend_header\n";
 }
@@ -56,10 +57,11 @@ std::string ply_header(const Mesh& mesh) {
 std::vector<char> to_ply(const Mesh& mesh) {
   const std::string header = ply_header(mesh);
   std::vector<char> bytes(header.begin(), header.end());
-  bytes.reserve(header.size() + 16 * mesh.vertices_in_map.size() + 13 * mesh.triangles.size());
+  bytes.reserve(header.size() + 20 * mesh.vertices_in_map.size() + 13 * mesh.triangles.size());
   for (size_t i = 0; i < mesh.vertices_in_map.size(); ++i) {
     for (int k = 0; k < 3; ++k) append(mesh.vertices_in_map[i][k], &bytes);
     append(mesh.vertex_ids[i], &bytes);
+    append(mesh.confidences[i], &bytes);
   }
   for (const auto& triangle : mesh.triangles) {
     append(uint8_t{3}, &bytes);
@@ -92,6 +94,10 @@ std::optional<std::string> write_ply(const Mesh& mesh, const std::string& path) 
   if (mesh.vertex_ids.size() != mesh.vertices_in_map.size()) {
     return path + ": not written: " + std::to_string(mesh.vertices_in_map.size()) +
            " vertices but " + std::to_string(mesh.vertex_ids.size()) + " vertex ids";
+  }
+  if (mesh.confidences.size() != mesh.vertices_in_map.size()) {
+    return path + ": not written: " + std::to_string(mesh.vertices_in_map.size()) +
+           " vertices but " + std::to_string(mesh.confidences.size()) + " confidences";
   }
   const auto failure = [&](const char* what) {
     return path + ": " + what + ": " + std::generic_category().message(errno);

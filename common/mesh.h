@@ -20,6 +20,9 @@ struct Mesh {
   /// put in the middle of an edge carries the smaller id of the two. Same length as
   /// vertices_in_map.
   std::vector<int32_t> vertex_ids;
+  /// 0…1: how sure the depth of each vertex is, from the number and spread of the observations
+  /// behind it (procs/mesher/confidence.h); hull corners 0. Same length as vertices_in_map.
+  std::vector<float> confidences;
 };
 
 /// Invariants of a mesh that bounds a volume. Edges are undirected pairs of vertices.
@@ -36,8 +39,8 @@ struct MeshDefects {
 /// Checks closedness and orientation. O(n log n).
 MeshDefects find_defects(const Mesh& mesh);
 
-/// Writes binary little-endian PLY with per-vertex `id`. Returns an error line, or nothing on
-/// success.
+/// Writes binary little-endian PLY with per-vertex `id` and `confidence`. Returns an error line, or
+/// nothing on success.
 [[nodiscard]] std::optional<std::string> write_ply(const Mesh& mesh, const std::string& path);
 
 }  // namespace foresight

@@ -91,6 +91,7 @@ void set_counts(carving_delta_t* m) {
   m->n_cell_votes = count(m->cell_votes);
   m->n_updated_cell_votes = count(m->updated_cell_votes);
   m->n_cells_updated = count(m->updated_cell_ids);
+  m->n_vertices_updated = count(m->updated_vertex_ids);
 }
 
 }  // namespace
@@ -243,9 +244,11 @@ std::vector<carving_delta_t> split(const CarvingDelta& delta, size_t max_bytes) 
   for (int32_t id : delta.cells_removed) writer.room(4).removed_cell_ids.push_back(id);
   for (int32_t id : delta.vertices_removed) writer.room(4).removed_vertex_ids.push_back(id);
   for (const CarvingVertex& v : delta.vertices_set) {
-    carving_delta_t& m = writer.room(16);
+    carving_delta_t& m = writer.room(24);
     m.vertex_ids.push_back(v.id);
     push_position(v.position_in_map, &m.vertex_positions_mu);
+    m.vertex_observations.push_back(v.evidence.observations);
+    m.vertex_spreads_rad.push_back(v.evidence.spread_rad);
   }
   for (const CarvingCell& c : delta.cells_added) {
     carving_delta_t& m = writer.room(48);
@@ -259,6 +262,12 @@ std::vector<carving_delta_t> split(const CarvingDelta& delta, size_t max_bytes) 
     m.updated_cell_ids.push_back(u.id);
     m.updated_cell_constraints.push_back(u.constraints);
     push_votes(u.votes, &m.updated_cell_votes);
+  }
+  for (const CarvingVertexUpdate& u : delta.vertices_updated) {
+    carving_delta_t& m = writer.room(12);
+    m.updated_vertex_ids.push_back(u.id);
+    m.updated_vertex_observations.push_back(u.evidence.observations);
+    m.updated_vertex_spreads_rad.push_back(u.evidence.spread_rad);
   }
   std::vector<carving_delta_t> parts = writer.finish();
   for (carving_delta_t& m : parts) set_counts(&m);
@@ -282,7 +291,9 @@ bool append(const carving_delta_t& part, CarvingDelta* delta) {
   extend(&delta->cells_removed, part.removed_cell_ids);
   extend(&delta->vertices_removed, part.removed_vertex_ids);
   for (int32_t i = 0; i < part.n_vertices; ++i) {
-    delta->vertices_set.push_back({part.vertex_ids[i], position_at(part.vertex_positions_mu, i)});
+    delta->vertices_set.push_back({part.vertex_ids[i],
+                                   position_at(part.vertex_positions_mu, i),
+                                   {part.vertex_observations[i], part.vertex_spreads_rad[i]}});
   }
   for (int32_t i = 0; i < part.n_cells; ++i) {
     const int32_t* v = &part.cell_vertex_ids[4 * static_cast<size_t>(i)];
@@ -295,6 +306,11 @@ bool append(const carving_delta_t& part, CarvingDelta* delta) {
     delta->cells_updated.push_back({part.updated_cell_ids[i], part.updated_cell_constraints[i],
                                     votes_at(part.updated_cell_votes, i)});
   }
+  for (int32_t i = 0; i < part.n_vertices_updated; ++i) {
+    delta->vertices_updated.push_back(
+        {part.updated_vertex_ids[i],
+         {part.updated_vertex_observations[i], part.updated_vertex_spreads_rad[i]}});
+  }
   return true;
 }
 
@@ -302,6 +318,7 @@ mesh_t to_message(const Mesh& mesh) {
   mesh_t m{};
   for (const Eigen::Vector3f& v : mesh.vertices_in_map) push_position(v, &m.vertex_positions_mu);
   m.vertex_ids = mesh.vertex_ids;
+  m.vertex_confidences = mesh.confidences;
   for (const auto& t : mesh.triangles) {
     m.triangle_vertices.insert(m.triangle_vertices.end(), t.begin(), t.end());
   }
@@ -320,6 +337,7 @@ std::optional<Mesh> from_message(const mesh_t& m) {
   }
   Mesh mesh;
   mesh.vertex_ids = m.vertex_ids;
+  mesh.confidences = m.vertex_confidences;
   for (int32_t i = 0; i < m.n_vertices; ++i) {
     mesh.vertices_in_map.push_back(position_at(m.vertex_positions_mu, i));
   }

@@ -194,6 +194,7 @@ std::optional<std::string> write_scene_ply(const Scene& scene, const std::string
   for (const Vertex& vertex : scene.vertices) {
     mesh.vertices_in_map.push_back(vertex.point_in_world);
     mesh.vertex_ids.push_back(static_cast<int32_t>(mesh.vertex_ids.size()));
+    mesh.confidences.push_back(1);
   }
   for (const Triangle& triangle : scene.triangles) {
     mesh.triangles.push_back({triangle.vertices[0], triangle.vertices[1], triangle.vertices[2]});

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "procs/carver/carver_impl.h"
+#include "procs/carver/evidence.h"
 #include "procs/carver/thinning.h"
 
 namespace foresight {
@@ -124,6 +125,9 @@ CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
   tracer.note_all_cells();
   tracer.trace(map.staged.issued);
   tracer.lists().take_changed();
+  for (const int32_t vertex : vertices.inserted()) {
+    vertices.report(vertex, evidence_at(map, vertices.records()[static_cast<size_t>(vertex)]));
+  }
   finish();
   ++rebuilds;
   last_rebuild = reason;

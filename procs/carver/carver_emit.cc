@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "procs/carver/carver_impl.h"
+#include "procs/carver/evidence.h"
 
 namespace foresight {
 
@@ -10,7 +11,8 @@ using carving::CellState;
 CarvingVertex Carver::Impl::vertex_message(int32_t vertex) const {
   const carving::Point3& p = delaunay.complex().positions[static_cast<size_t>(vertex)];
   return {vertices.external_id(vertex),
-          Eigen::Vector3d(p[0], p[1], p[2]).cast<float>()};  // exact: all are floats
+          Eigen::Vector3d(p[0], p[1], p[2]).cast<float>(),  // exact: all are floats
+          evidence_at(map, vertices.records()[static_cast<size_t>(vertex)])};
 }
 
 CarvingCell Carver::Impl::cell_message(int32_t cell) const {
@@ -37,6 +39,7 @@ CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change)
   for (const int32_t vertex : vertices.inserted()) {
     if (vertices.records()[static_cast<size_t>(vertex)].owner < 0) continue;
     delta.vertices_set.push_back(vertex_message(vertex));
+    vertices.report(vertex, delta.vertices_set.back().evidence);
   }
   for (const int32_t cell : change.created) delta.cells_added.push_back(cell_message(cell));
   auto& lists = tracer.lists();
@@ -45,8 +48,32 @@ CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change)
     delta.cells_updated.push_back(
         {cell, static_cast<int32_t>(lists.constraints(cell)), lists.votes(cell)});
   }
+  delta.vertices_updated = new_evidence();
   cells_replaced = static_cast<int64_t>(change.destroyed.size());
   return delta;
+}
+
+// Only where rays came or went can it have changed.
+std::vector<CarvingVertexUpdate> Carver::Impl::new_evidence() {
+  std::vector<int32_t> affected;
+  for (const carving::RetiredRay& ray : map.staged.retired) affected.push_back(ray.vertex);
+  for (const int32_t ray : map.staged.issued) {
+    const carving::RayRecord& record = map.rays[static_cast<size_t>(ray)];
+    if (record.state != carving::RayState::kNew) continue;
+    affected.push_back(map.points[static_cast<size_t>(record.point)].vertex);
+  }
+  std::sort(affected.begin(), affected.end());
+  affected.erase(std::unique(affected.begin(), affected.end()), affected.end());
+  std::vector<CarvingVertexUpdate> updates;
+  for (const int32_t vertex : affected) {
+    const auto& record = vertices.records()[static_cast<size_t>(vertex)];
+    if (record.owner < 0) continue;
+    const VertexEvidence evidence = evidence_at(map, record);
+    if (vertices.report(vertex, evidence)) {
+      updates.push_back({vertices.external_id(vertex), evidence});
+    }
+  }
+  return updates;
 }
 
 // After a rebuild: everything that was goes, everything that is comes. Both are snapshots.

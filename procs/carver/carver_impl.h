@@ -35,6 +35,7 @@ struct Carver::Impl {
   CarvingDelta update();
   CarvingDelta rebuild(RebuildReason reason);
   CarvingDelta net_delta(const carving::TriangulationChange& change);
+  std::vector<CarvingVertexUpdate> new_evidence();
   static CarvingDelta replacement(const CarvingDelta& before, CarvingDelta after);
   CarvingVertex vertex_message(int32_t vertex) const;
   CarvingCell cell_message(int32_t cell) const;

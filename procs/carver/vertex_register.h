@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/carving_delta.h"
 #include "procs/carver/delaunay.h"
 #include "procs/carver/map_state.h"
 
@@ -13,6 +14,7 @@ namespace foresight::carving {
 struct VertexRecord {
   int32_t owner = -1;               // point; −1 = a hull corner or unused
   bool fresh = false;               // inserted since the last `finish`
+  VertexEvidence evidence;          // as receivers know it
   std::vector<int32_t> also_there;  // other points at the same position
 };
 
@@ -34,6 +36,8 @@ class VertexRegister {
   /// The id a receiver knows: the owner's, or −1…−8 for a hull corner.
   int32_t external_id(int32_t vertex) const;
   const std::vector<VertexRecord>& records() const { return records_; }
+  /// Whether the evidence is not what receivers know; then they know this.
+  bool report(int32_t vertex, const VertexEvidence& evidence);
   int64_t live() const { return live_; }
 
  private:

@@ -34,6 +34,11 @@ std::optional<double> checked_volume(const std::array<Eigen::Vector3d, 4>& p) {
   return std::max(determinant, 0.0) / 6;
 }
 
+bool makes_sense(const VertexEvidence& evidence) {
+  constexpr float kPi = 3.15f;  // and a little
+  return evidence.observations >= 0 && evidence.spread_rad >= 0 && evidence.spread_rad <= kPi;
+}
+
 }  // namespace
 
 std::string_view to_string(ApplyResult result) {
@@ -56,6 +61,8 @@ std::string_view to_string(ApplyResult result) {
       return "position not finite";
     case ApplyResult::kBadConstraints:
       return "impossible constraint count or votes";
+    case ApplyResult::kBadEvidence:
+      return "impossible evidence of a vertex";
     case ApplyResult::kRepeatedVertex:
       return "repeated vertex in a cell";
     case ApplyResult::kInvertedCell:
@@ -74,27 +81,40 @@ struct CellComplex::Journal {
     kCellAdded,
     kCellUpdated,
     kVertexRemoved,
-    kVertexMoved,
+    kVertexChanged,
     kVertexNew
   };
   struct Entry {
     Step step;
-    int32_t index;  // of the cell or vertex
+    int32_t index;       // of the cell or vertex
+    int32_t saved = -1;  // in cells or points: what it was
+  };
+  struct Cell {
     Corners corners{};
     Evidence evidence{};
     double volume = 0;
-    Point point{};
   };
-  std::vector<Entry> entries;
+  std::vector<Entry> steps;
+  std::vector<Cell> cells;
+  std::vector<Point> points;
+
+  void note_cell(Step step, int32_t i, const Cell& cell) {
+    steps.push_back({step, i, static_cast<int32_t>(cells.size())});
+    cells.push_back(cell);
+  }
+  void note_vertex(Step step, int32_t i, const Point& point) {
+    steps.push_back({step, i, static_cast<int32_t>(points.size())});
+    points.push_back(point);
+  }
 };
 
 // ---- The transaction ----------------------------------------------------------------------------
 
 ApplyResult CellComplex::apply(const CarvingDelta& delta) {
   Journal journal;
-  journal.entries.reserve(delta.cells_removed.size() + delta.vertices_removed.size() +
-                          delta.vertices_set.size() + delta.cells_added.size() +
-                          delta.cells_updated.size());
+  journal.steps.reserve(delta.cells_removed.size() + delta.vertices_removed.size() +
+                        delta.vertices_set.size() + delta.cells_added.size() +
+                        delta.cells_updated.size() + delta.vertices_updated.size());
   const size_t old_cell_limit = constraints_.size();
   const ApplyResult result = try_apply(delta, &journal);
   if (result == ApplyResult::kOk) {
@@ -133,9 +153,11 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
   if (result != ApplyResult::kOk) return result;
   // Each facet is between two cells, but for those of the hull.
   facets_.reserve(static_cast<size_t>(facets_.size()) + 2 * delta.cells_added.size());
-  result = apply_all(delta.cells_added, &CellComplex::add_cell);
+  result = add_cells(delta.cells_added, journal);
   if (result != ApplyResult::kOk) return result;
-  return apply_all(delta.cells_updated, &CellComplex::update_cell);
+  result = apply_all(delta.cells_updated, &CellComplex::update_cell);
+  if (result != ApplyResult::kOk) return result;
+  return apply_all(delta.vertices_updated, &CellComplex::update_vertex);
 }
 
 void CellComplex::resize_cells(size_t limit) {
@@ -151,35 +173,36 @@ void CellComplex::resize_cells(size_t limit) {
 
 /// Indices of removed vertices become free only now: until here a rollback may need them back.
 void CellComplex::commit(const Journal& journal) {
-  for (const Journal::Entry& entry : journal.entries) {
+  for (const Journal::Entry& entry : journal.steps) {
     if (entry.step == Journal::Step::kVertexRemoved) free_points_.push_back(entry.index);
   }
 }
 
 void CellComplex::roll_back(const Journal& journal) {
   using Step = Journal::Step;
-  for (auto entry = journal.entries.rbegin(); entry != journal.entries.rend(); ++entry) {
+  for (auto entry = journal.steps.rbegin(); entry != journal.steps.rend(); ++entry) {
     const int32_t i = entry->index;
+    const auto saved = static_cast<size_t>(entry->saved);
     switch (entry->step) {
       case Step::kCellRemoved:
-        FORESIGHT_CHECK(attach(i, entry->corners, entry->evidence, entry->volume) ==
-                        ApplyResult::kOk);
+        FORESIGHT_CHECK(attach(i, journal.cells[saved].corners, journal.cells[saved].evidence,
+                               journal.cells[saved].volume) == ApplyResult::kOk);
         break;
       case Step::kCellAdded:
         detach(i);
         break;
       case Step::kCellUpdated:
-        set_evidence(i, entry->evidence);
+        set_evidence(i, journal.cells[saved].evidence);
         break;
       case Step::kVertexRemoved:
-        points_[index(i)] = entry->point;
-        vertex_index_by_id_.emplace(entry->point.id, i);
+        points_[index(i)] = journal.points[saved];
+        vertex_indices_.insert(vertex_id(i), i);
         break;
-      case Step::kVertexMoved:
-        points_[index(i)] = entry->point;
+      case Step::kVertexChanged:
+        points_[index(i)] = journal.points[saved];
         break;
       case Step::kVertexNew:
-        vertex_index_by_id_.erase(vertex_id(i));
+        vertex_indices_.erase(vertex_id(i));
         points_[index(i)] = Point{};
         free_points_.push_back(i);
         break;
@@ -220,64 +243,86 @@ bool CellComplex::Evidence::makes_sense() const {
 
 ApplyResult CellComplex::remove_cell(const int32_t& cell, Journal* journal) {
   if (cell < 0 || cell >= cell_limit() || !exists(cell)) return ApplyResult::kUnknownCell;
-  Journal::Entry entry{Journal::Step::kCellRemoved, cell};
-  for (int32_t k = 0; k < 4; ++k) entry.corners[index(k)] = vertex(4 * cell + k);
-  entry.evidence = {constraints(cell), votes(cell)};
-  entry.volume = volume(cell);
-  journal->entries.push_back(entry);
+  Journal::Cell saved{{}, {constraints(cell), votes(cell)}, volume(cell)};
+  for (int32_t k = 0; k < 4; ++k) saved.corners[index(k)] = vertex(4 * cell + k);
+  journal->note_cell(Journal::Step::kCellRemoved, cell, saved);
   detach(cell);
   return ApplyResult::kOk;
 }
 
 ApplyResult CellComplex::remove_vertex(const int32_t& id, Journal* journal) {
-  const auto found = vertex_index_by_id_.find(id);
-  if (found == vertex_index_by_id_.end()) return ApplyResult::kUnknownVertex;
-  Point& point = points_[index(found->second)];
+  const int32_t i = vertex_indices_.find(id);
+  if (i < 0) return ApplyResult::kUnknownVertex;
+  Point& point = points_[index(i)];
   if (point.degree > 0) return ApplyResult::kVertexInUse;
-  Journal::Entry entry{Journal::Step::kVertexRemoved, found->second};
-  entry.point = point;
-  journal->entries.push_back(entry);
+  journal->note_vertex(Journal::Step::kVertexRemoved, i, point);
   point = Point{};
-  vertex_index_by_id_.erase(found);
+  vertex_indices_.erase(id);
   return ApplyResult::kOk;
 }
 
 ApplyResult CellComplex::set_vertex(const CarvingVertex& vertex, Journal* journal) {
   if (vertex.id < -kHullCorners) return ApplyResult::kVertexIdOutOfRange;
   if (!vertex.position_in_map.allFinite()) return ApplyResult::kBadPosition;
-  const auto found = vertex_index_by_id_.find(vertex.id);
-  if (found == vertex_index_by_id_.end()) {
-    const int32_t i = new_point();
-    journal->entries.push_back({Journal::Step::kVertexNew, i});
-    points_[index(i)] = {vertex.position_in_map, vertex.id, 0, true};
-    vertex_index_by_id_.emplace(vertex.id, i);
+  if (!makes_sense(vertex.evidence)) return ApplyResult::kBadEvidence;
+  int32_t i = vertex_indices_.find(vertex.id);
+  if (i < 0) {
+    i = new_point();
+    journal->steps.push_back({Journal::Step::kVertexNew, i});
+    points_[index(i)] = {vertex.position_in_map, vertex.evidence, vertex.id, 0, true};
+    vertex_indices_.insert(vertex.id, i);
     return ApplyResult::kOk;
   }
-  Point& point = points_[index(found->second)];
-  if (point.position_in_map == vertex.position_in_map) return ApplyResult::kOk;
-  if (point.degree > 0) return ApplyResult::kVertexInUse;
-  Journal::Entry entry{Journal::Step::kVertexMoved, found->second};
-  entry.point = point;
-  journal->entries.push_back(entry);
+  Point& point = points_[index(i)];
+  const bool moved = point.position_in_map != vertex.position_in_map;
+  if (moved && point.degree > 0) return ApplyResult::kVertexInUse;
+  journal->note_vertex(Journal::Step::kVertexChanged, i, point);
   point.position_in_map = vertex.position_in_map;
+  point.evidence = vertex.evidence;
   return ApplyResult::kOk;
 }
 
-ApplyResult CellComplex::add_cell(const CarvingCell& cell, Journal* journal) {
-  if (exists(cell.id)) return ApplyResult::kDuplicateCell;
-  const Evidence evidence{cell.constraints, cell.votes};
-  if (!evidence.makes_sense()) return ApplyResult::kBadConstraints;
-  Corners corners{};
-  const ApplyResult found = find_corners(cell, &corners);
-  if (found != ApplyResult::kOk) return found;
+ApplyResult CellComplex::update_vertex(const CarvingVertexUpdate& update, Journal* journal) {
+  const int32_t i = vertex_indices_.find(update.id);
+  if (i < 0) return ApplyResult::kUnknownVertex;
+  if (!makes_sense(update.evidence)) return ApplyResult::kBadEvidence;
+  journal->note_vertex(Journal::Step::kVertexChanged, i, points_[index(i)]);
+  points_[index(i)].evidence = update.evidence;
+  return ApplyResult::kOk;
+}
+
+// Looks a few cells ahead: the facets' places in memory are anywhere.
+ApplyResult CellComplex::add_cells(const std::vector<CarvingCell>& cells, Journal* journal) {
+  constexpr size_t kAhead = 4;
+  std::array<Corners, 2 * kAhead> corners;
+  std::array<ApplyResult, 2 * kAhead> found;
+  const auto look_up = [&](size_t n) {
+    if (n >= cells.size()) return;
+    found[n % found.size()] = find_corners(cells[n], &corners[n % corners.size()]);
+    if (found[n % found.size()] == ApplyResult::kOk) prefetch_facets(corners[n % corners.size()]);
+  };
+  for (size_t n = 0; n < kAhead; ++n) look_up(n);
+  for (size_t n = 0; n < cells.size(); ++n) {
+    look_up(n + kAhead);
+    if (exists(cells[n].id)) return ApplyResult::kDuplicateCell;
+    if (!Evidence{cells[n].constraints, cells[n].votes}.makes_sense()) {
+      return ApplyResult::kBadConstraints;
+    }
+    if (found[n % found.size()] != ApplyResult::kOk) return found[n % found.size()];
+    const ApplyResult result = add_cell(cells[n], corners[n % corners.size()], journal);
+    if (result != ApplyResult::kOk) return result;
+  }
+  return ApplyResult::kOk;
+}
+
+ApplyResult CellComplex::add_cell(const CarvingCell& cell, const Corners& corners,
+                                  Journal* journal) {
   std::array<Eigen::Vector3d, 4> positions;
   for (size_t k = 0; k < 4; ++k) positions[k] = position_in_map(corners[k]).cast<double>();
   const std::optional<double> volume = checked_volume(positions);
   if (!volume) return ApplyResult::kInvertedCell;
-  const ApplyResult result = attach(cell.id, corners, evidence, *volume);
-  if (result == ApplyResult::kOk) {
-    journal->entries.push_back({Journal::Step::kCellAdded, cell.id});
-  }
+  const ApplyResult result = attach(cell.id, corners, {cell.constraints, cell.votes}, *volume);
+  if (result == ApplyResult::kOk) journal->steps.push_back({Journal::Step::kCellAdded, cell.id});
   return result;
 }
 
@@ -287,20 +332,19 @@ ApplyResult CellComplex::update_cell(const CarvingCellUpdate& update, Journal* j
   }
   const Evidence evidence{update.constraints, update.votes};
   if (!evidence.makes_sense()) return ApplyResult::kBadConstraints;
-  Journal::Entry entry{Journal::Step::kCellUpdated, update.id};
-  entry.evidence = {constraints(update.id), votes(update.id)};
-  journal->entries.push_back(entry);
+  journal->note_cell(Journal::Step::kCellUpdated, update.id,
+                     {{}, {constraints(update.id), votes(update.id)}, 0});
   set_evidence(update.id, evidence);
   return ApplyResult::kOk;
 }
 
 ApplyResult CellComplex::find_corners(const CarvingCell& cell, Corners* corners) const {
   for (size_t k = 0; k < 4; ++k) {
-    const auto found = vertex_index_by_id_.find(cell.vertices[k]);
-    if (found == vertex_index_by_id_.end()) return ApplyResult::kUnknownVertex;
-    (*corners)[k] = found->second;
+    const int32_t corner = vertex_indices_.find(cell.vertices[k]);
+    if (corner < 0) return ApplyResult::kUnknownVertex;
+    (*corners)[k] = corner;
     for (size_t l = 0; l < k; ++l) {
-      if ((*corners)[l] == found->second) return ApplyResult::kRepeatedVertex;
+      if ((*corners)[l] == corner) return ApplyResult::kRepeatedVertex;
     }
   }
   return ApplyResult::kOk;
@@ -378,6 +422,13 @@ void CellComplex::detach_facet(int32_t slot) {
   twins_[index(slot)] = -1;
 }
 
+void CellComplex::prefetch_facets(const Corners& corners) const {
+  for (const auto& facet : kFacetCorners) {
+    facets_.prefetch(FacetKey::of(
+        {corners[index(facet[0])], corners[index(facet[1])], corners[index(facet[2])]}));
+  }
+}
+
 FacetKey CellComplex::facet_key(int32_t slot) const {
   const auto& corners = kFacetCorners[index(slot % 4)];
   const int32_t first = slot - slot % 4;
@@ -395,40 +446,6 @@ double CellComplex::facet_area(int32_t slot) const {
   const Eigen::Vector3d a = position_in_map(v[1]).cast<double>() - origin;
   const Eigen::Vector3d b = position_in_map(v[2]).cast<double>() - origin;
   return a.cross(b).norm() / 2;
-}
-
-// ---- Self-check ---------------------------------------------------------------------------------
-
-std::optional<std::string_view> CellComplex::find_broken_invariant() const {
-  std::vector<int32_t> degrees(points_.size(), 0);
-  int32_t cells = 0, hull_facets = 0;
-  for (int32_t slot = 0; slot < 4 * cell_limit(); ++slot) {
-    if (!exists(slot / 4)) continue;
-    if (slot % 4 == 0) ++cells;
-    if (vertex(slot) < 0 || vertex(slot) >= vertex_limit()) return "vertex out of range";
-    if (!exists_vertex(vertex(slot))) return "cell on a vertex that does not exist";
-    ++degrees[index(vertex(slot))];
-    const int32_t other = twin(slot);
-    if (other < 0) {
-      ++hull_facets;
-      continue;
-    }
-    if (other >= 4 * cell_limit() || !exists(other / 4)) return "neighbour does not exist";
-    if (twin(other) != slot) return "neighbours are not mutual";
-    if (facet_key(slot) == facet_key(other)) return "neighbours overlap";
-    if (facet_key(slot) != facet_key(other).reversed()) return "twins differ in vertices";
-    if (area(slot) != area(other)) return "twins differ in area";
-  }
-  if (cells != cell_count_) return "cell count";
-  if (hull_facets != hull_facet_count()) return "facet count";
-  for (int32_t i = 0; i < vertex_limit(); ++i) {
-    if (degrees[index(i)] != vertex_degree(i)) return "vertex degree";
-    const auto found = vertex_index_by_id_.find(vertex_id(i));
-    if (exists_vertex(i) != (found != vertex_index_by_id_.end() && found->second == i)) {
-      return "vertex index";
-    }
-  }
-  return std::nullopt;
 }
 
 }  // namespace foresight

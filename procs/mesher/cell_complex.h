@@ -18,11 +18,11 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include "common/carving_delta.h"
 #include "procs/mesher/facet_table.h"
+#include "procs/mesher/vertex_index.h"
 
 namespace foresight {
 
@@ -37,6 +37,7 @@ enum class ApplyResult {
   kVertexInUse,         // removed or moved, but cells still hang on it
   kBadPosition,         // not finite
   kBadConstraints,      // negative or absurd count, or more votes than constraints
+  kBadEvidence,         // of a vertex: negative count, spread not within 0…π
   kRepeatedVertex,      // within one cell
   kInvertedCell,        // negatively oriented, beyond what rounding positions to float explains
   kCrowdedFacet,        // more than two cells on one facet
@@ -55,7 +56,7 @@ class CellComplex {
   /// One more than the largest cell index in use so far; there may be gaps.
   int32_t cell_limit() const { return static_cast<int32_t>(constraints_.size()); }
   int32_t cell_count() const { return cell_count_; }
-  int32_t vertex_count() const { return static_cast<int32_t>(vertex_index_by_id_.size()); }
+  int32_t vertex_count() const { return vertex_indices_.size(); }
   /// Facets with one cell only: the hull. Twelve for a cube of corners.
   int32_t hull_facet_count() const { return 2 * facets_.size() - 4 * cell_count_; }
 
@@ -79,6 +80,7 @@ class CellComplex {
   const Eigen::Vector3f& position_in_map(int32_t vertex) const {
     return points_[index(vertex)].position_in_map;
   }
+  const VertexEvidence& evidence(int32_t vertex) const { return points_[index(vertex)].evidence; }
 
   /// Cells that came, went or have other votes since the last call (perhaps none the wiser), once
   /// each.
@@ -90,6 +92,7 @@ class CellComplex {
  private:
   struct Point {
     Eigen::Vector3f position_in_map = Eigen::Vector3f::Zero();
+    VertexEvidence evidence;
     int32_t id = 0;
     int32_t degree = 0;  // cells that use it
     bool exists = false;
@@ -108,8 +111,10 @@ class CellComplex {
   ApplyResult remove_cell(const int32_t& cell, Journal* journal);
   ApplyResult remove_vertex(const int32_t& id, Journal* journal);
   ApplyResult set_vertex(const CarvingVertex& vertex, Journal* journal);
-  ApplyResult add_cell(const CarvingCell& cell, Journal* journal);
+  ApplyResult add_cells(const std::vector<CarvingCell>& cells, Journal* journal);
+  ApplyResult add_cell(const CarvingCell& cell, const Corners& corners, Journal* journal);
   ApplyResult update_cell(const CarvingCellUpdate& update, Journal* journal);
+  ApplyResult update_vertex(const CarvingVertexUpdate& update, Journal* journal);
   void resize_cells(size_t limit);
   void touch(int32_t cell);
   void commit(const Journal& journal);
@@ -121,6 +126,7 @@ class CellComplex {
   void detach(int32_t cell);
   ApplyResult attach_facet(int32_t slot);
   void detach_facet(int32_t slot);
+  void prefetch_facets(const Corners& corners) const;
   FacetKey facet_key(int32_t slot) const;
   double facet_area(int32_t slot) const;
   int32_t new_point();
@@ -138,7 +144,7 @@ class CellComplex {
   // By vertex.
   std::vector<Point> points_;
   std::vector<int32_t> free_points_;
-  std::unordered_map<int32_t, int32_t> vertex_index_by_id_;
+  VertexIndex vertex_indices_{kHullCorners};
 
   FacetTable facets_;
   int32_t cell_count_ = 0;

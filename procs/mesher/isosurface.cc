@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "common/check.h"
+#include "procs/mesher/confidence.h"
 
 namespace foresight {
 namespace {
@@ -82,6 +83,8 @@ int32_t Extractor::add_vertex(int32_t point) {
   Mesh& mesh = result_.mesh;
   mesh.vertices_in_map.push_back(complex_.position_in_map(point));
   mesh.vertex_ids.push_back(complex_.vertex_id(point));
+  mesh.confidences.push_back(
+      complex_.vertex_id(point) < 0 ? 0.0f : confidence_of(complex_.evidence(point)));
   return static_cast<int32_t>(mesh.vertex_ids.size()) - 1;
 }
 
@@ -183,6 +186,7 @@ void Extractor::split_edge(int32_t h) {
       static_cast<int32_t>(mesh.vertex_ids.size());
   mesh.vertices_in_map.push_back((mesh.vertices_in_map[a] + mesh.vertices_in_map[b]) / 2);
   mesh.vertex_ids.push_back(std::min(mesh.vertex_ids[a], mesh.vertex_ids[b]));
+  mesh.confidences.push_back(std::min(mesh.confidences[a], mesh.confidences[b]));
   ++result_.split_edges;
 }
 

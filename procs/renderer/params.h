@@ -22,6 +22,7 @@ struct RendererParams {
   int stored_views = SceneOptions{}.stored_views;
   int used_views = RenderOptions{}.used_views;
   bool paint_guesses = true;
+  double least_confidence = 0.5;
   std::string record;
   double record_fps = 15;
 
@@ -40,13 +41,22 @@ struct RendererParams {
               "will be, its controller's profile included; or the commanded joints themselves"});
     v("arm_file", arm_file, {.doc = "arm description, for robot and command"});
     v("velocity_limit_rad_per_s", velocity_limit_rad_per_s,
-      {.unit = "rad/s", .min = 0.01, .max = 10, .doc = "of the controller's profile: as in wam_controller"});
+      {.unit = "rad/s",
+       .min = 0.01,
+       .max = 10,
+       .doc = "of the controller's profile: as in wam_controller"});
     v("acceleration_limit_rad_per_s2", acceleration_limit_rad_per_s2,
-      {.unit = "rad/s^2", .min = 0.01, .max = 100, .doc = "of the controller's profile: as in wam_controller"});
+      {.unit = "rad/s^2",
+       .min = 0.01,
+       .max = 100,
+       .doc = "of the controller's profile: as in wam_controller"});
     v("limit_margin_rad", limit_margin_rad,
       {.unit = "rad", .min = 0, .max = 1, .doc = "that the controller keeps from joint limits"});
     v("command_timeout_s", command_timeout_s,
-      {.unit = "s", .min = 0.02, .max = 60, .doc = "after which the controller stops the arm: as there"});
+      {.unit = "s",
+       .min = 0.02,
+       .max = 60,
+       .doc = "after which the controller stops the arm: as there"});
     v("undelayed_video", undelayed_video,
       {.doc = "also read VIEW on the robot's side, for layout undelayed (comparisons)"});
     v("picture_width_px", picture_width_px,
@@ -62,6 +72,11 @@ struct RendererParams {
       {.unit = "1", .min = 1, .max = 8, .doc = "textures used in one picture, newest first"});
     v("paint_guesses", paint_guesses,
       {.doc = "paint images also where no surface was measured (background)"});
+    v("least_confidence", least_confidence,
+      {.unit = "1",
+       .min = 0,
+       .max = 1,
+       .doc = "surface whose points are less sure counts as guessed; 0.5: 5 % of the depth"});
     v("record", record,
       {.doc = "FILE.mp4, or FOLDER/%05d.png: writes what is shown (by ffmpeg); empty: nothing"});
     v("record_fps", record_fps, {.unit = "Hz", .min = 1, .max = 120, .doc = "of the recording"});

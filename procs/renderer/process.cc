@@ -217,6 +217,7 @@ bool RendererProcess::draw_predicted() {
   const bool one_map = epoch_ != 0 && mesh_epoch_ == epoch_ && pose_ && pose_->epoch == epoch_;
   if (!camera_ || !one_map || gl_->scene.triangles() == 0) return false;
   const RenderOptions options{.used_views = params_.used_views,
+                              .least_confidence = params_.least_confidence,
                               .paint_hull = params_.paint_guesses,
                               .paint_background = params_.paint_guesses};
   return gl_->scene.render(camera_->undistorted(), pose_->map_from_cam, options).status ==

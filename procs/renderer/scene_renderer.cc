@@ -57,7 +57,8 @@ struct SceneRenderer::State {
   bool has_mesh() const { return surface_pass.triangles() > 0; }
   void make_arrays(const CameraModel& camera);
   void draw_depth_map(StoredView* view);
-  void draw_surface(const CameraModel& camera, const Pose<Map, Cam>& map_from_cam);
+  void draw_surface(const CameraModel& camera, const Pose<Map, Cam>& map_from_cam,
+                    double least_confidence);
 };
 
 void SceneRenderer::State::make_arrays(const CameraModel& camera) {
@@ -80,7 +81,8 @@ void SceneRenderer::State::draw_depth_map(StoredView* view) {
 }
 
 void SceneRenderer::State::draw_surface(const CameraModel& camera,
-                                        const Pose<Map, Cam>& map_from_cam) {
+                                        const Pose<Map, Cam>& map_from_cam,
+                                        double least_confidence) {
   const bool resized =
       camera.width_px != surface_target.width_px || camera.height_px != surface_target.height_px;
   surface_target.bind(camera.width_px, camera.height_px);
@@ -89,7 +91,7 @@ void SceneRenderer::State::draw_surface(const CameraModel& camera,
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, surface.name(), 0);
     require_complete_framebuffer("surface");
   }
-  surface_pass.draw(camera, map_from_cam.inverse());
+  surface_pass.draw(camera, map_from_cam.inverse(), least_confidence);
 }
 
 SceneRenderer::SceneRenderer(const SceneOptions& options)
@@ -163,7 +165,7 @@ RenderSummary SceneRenderer::render(const CameraModel& camera,
     if (summary.view_ids.empty()) summary.newest_time = view->time;
     summary.view_ids.push_back(view->id);
   }
-  if (s.has_mesh()) s.draw_surface(camera, map_from_predicted_cam);
+  if (s.has_mesh()) s.draw_surface(camera, map_from_predicted_cam, options.least_confidence);
   job.surface = s.surface.name();
   s.picture.bind(camera.width_px, camera.height_px);
   s.paint_pass.draw(job);

@@ -43,8 +43,9 @@ struct SceneOptions {
 };
 
 struct RenderOptions {
-  int used_views = 6;            // per frame, newest included, 1…8
-  bool paint_hull = true;        // paint triangles that touch the bounding hull (a guess)
+  int used_views = 6;             // per frame, newest included, 1…8
+  double least_confidence = 0.5;  // of vertices: surface below it is a guess, 0…1
+  bool paint_hull = true;  // paint surface that touches the bounding hull or is unsure (a guess)
   bool paint_background = true;  // paint what misses the mesh as if infinitely far (a guess)
 };
 
@@ -60,7 +61,7 @@ struct RenderSummary {
 /// Source code of a pixel: which view painted it, and whether its geometry is measured.
 constexpr uint8_t kSourceUnknown = 0;     // painted by no image
 constexpr uint8_t kSourceNewest = 1;      // rank + 1; 2, 3, … are earlier views
-constexpr uint8_t kSourceGuessBit = 128;  // bounding hull, or no surface at all
+constexpr uint8_t kSourceGuessBit = 128;  // bounding hull, unsure or no surface at all
 constexpr int source_rank(uint8_t code) { return (code & 127) - 1; }  // −1: no view
 constexpr bool source_is_guess(uint8_t code) { return (code & kSourceGuessBit) != 0; }
 

@@ -167,11 +167,11 @@ constexpr const char* kPaintConstants = R"(
 
 std::string surface_vertex_shader() {
   return std::string(kVersion) + R"(
-layout(location = 0) in vec4 vertex;  // point in map, guess
+layout(location = 0) in vec4 vertex;  // point in map, confidence
 uniform mat4 clip_from_map;
-out float guess;
+out float confidence;
 void main() {
-  guess = vertex.w;
+  confidence = vertex.w;
   gl_Position = clip_from_map * vec4(vertex.xyz, 1.0);
 }
 )";
@@ -179,13 +179,14 @@ void main() {
 
 std::string surface_fragment_shader() {
   return std::string(kVersion) + R"(
-in float guess;
+in float confidence;
 uniform vec2 focal_px;
+uniform float least_confidence;
 out vec4 hit;
 void main() {
   float inverse_z = gl_FragCoord.w;
   hit = vec4(inverse_z, dFdx(inverse_z) * focal_px.x, dFdy(inverse_z) * focal_px.y,
-             guess > 0.0 ? 1.0 : 0.0);
+             confidence < least_confidence ? 1.0 : 0.0);
 }
 )";
 }

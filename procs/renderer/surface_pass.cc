@@ -12,10 +12,17 @@ namespace {
 /// then z / near / 2^24, 6e-5 of the depth at the size of the scene, and there is no far plane.
 constexpr double kNearShare = 1e-3;
 constexpr size_t kSamples = 256;
+/// "Confidence" of hull corners: no triangle with such a corner is sure anywhere.
+constexpr float kHullConfidence = -1e9f;
 
 bool is_sound(const Mesh& mesh) {
   const auto count = static_cast<int64_t>(mesh.vertices_in_map.size());
   if (mesh.vertex_ids.size() != mesh.vertices_in_map.size()) return false;
+  if (mesh.confidences.size() != mesh.vertices_in_map.size()) return false;
+  if (!std::all_of(mesh.confidences.begin(), mesh.confidences.end(),
+                   [](float c) { return std::isfinite(c); })) {
+    return false;
+  }
   const auto in_range = [count](int32_t i) { return i >= 0 && i < count; };
   return std::all_of(mesh.vertices_in_map.begin(), mesh.vertices_in_map.end(),
                      [](const Eigen::Vector3f& v) { return v.allFinite(); }) &&
@@ -56,6 +63,7 @@ SurfacePass::SurfacePass()
     : program_(make_program("surface", surface_vertex_shader(), surface_fragment_shader())),
       clip_from_map_at_(glGetUniformLocation(program_.name(), "clip_from_map")),
       focal_at_(glGetUniformLocation(program_.name(), "focal_px")),
+      least_confidence_at_(glGetUniformLocation(program_.name(), "least_confidence")),
       layout_(make_vertex_array()),
       vertices_(make_buffer()),
       indices_(make_buffer()) {
@@ -73,7 +81,8 @@ bool SurfacePass::set_mesh(const Mesh& mesh) {
   triangles_ = scene_size_mu_ > 0 ? static_cast<int>(mesh.triangles.size()) : 0;
   std::vector<Eigen::Vector4f> vertices(mesh.vertices_in_map.size());
   for (size_t i = 0; i < vertices.size(); ++i) {
-    vertices[i] << mesh.vertices_in_map[i], mesh.vertex_ids[i] < 0 ? 1.0f : 0.0f;
+    vertices[i] << mesh.vertices_in_map[i],
+        mesh.vertex_ids[i] < 0 ? kHullConfidence : mesh.confidences[i];
   }
   glBindVertexArray(layout_.name());
   glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());
@@ -105,7 +114,8 @@ void SurfacePass::measure(const Mesh& mesh) {
   for (size_t i = 0; i < points.size(); i += step) samples_in_map_.push_back(points[i]);
 }
 
-void SurfacePass::draw(const CameraModel& camera, const Pose<Cam, Map>& cam_from_map) {
+void SurfacePass::draw(const CameraModel& camera, const Pose<Cam, Map>& cam_from_map,
+                       double least_confidence) {
   glViewport(0, 0, camera.width_px, camera.height_px);
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
@@ -121,6 +131,7 @@ void SurfacePass::draw(const CameraModel& camera, const Pose<Cam, Map>& cam_from
   glUseProgram(program_.name());
   glUniformMatrix4fv(clip_from_map_at_, 1, GL_FALSE, clip_from_map.data());
   glUniform2f(focal_at_, static_cast<float>(camera.fx_px), static_cast<float>(camera.fy_px));
+  glUniform1f(least_confidence_at_, static_cast<float>(least_confidence));
   glBindVertexArray(layout_.name());
   glDrawElements(GL_TRIANGLES, 3 * triangles_, GL_UNSIGNED_INT, nullptr);
   glBindVertexArray(0);

@@ -19,11 +19,14 @@ namespace foresight {
 class SurfacePass {
  public:
   SurfacePass();  // throws GlError
-  /// False when an index is out of range, a coordinate is not finite, or ids do not match vertices.
+  /// False when an index is out of range, a coordinate is not finite, or ids or
+  /// confidences do not match vertices.
   [[nodiscard]] bool set_mesh(const Mesh& mesh);
   /// Clears the bound framebuffer (colour and depth) and draws (1/z, slopes, guess), first row at
   /// the bottom of GL's window, so that texel (0, 0) is pixel (0, 0). `camera` has no distortion.
-  void draw(const CameraModel& camera, const Pose<Cam, Map>& cam_from_map);
+  /// A guess is what touches the hull or where the vertices' confidence is below the least.
+  void draw(const CameraModel& camera, const Pose<Cam, Map>& cam_from_map,
+            double least_confidence = 0);
 
   int triangles() const { return triangles_; }
   /// Median distance of the measured vertices from their middle: the unit of length of this map.
@@ -35,7 +38,7 @@ class SurfacePass {
   void measure(const Mesh& mesh);
 
   GlProgram program_;
-  GLint clip_from_map_at_, focal_at_;
+  GLint clip_from_map_at_, focal_at_, least_confidence_at_;
   GlVertexArray layout_;
   GlBuffer vertices_, indices_;
   int triangles_ = 0;

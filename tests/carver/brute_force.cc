@@ -114,6 +114,49 @@ Point to_point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
 
+std::map<int32_t, VertexEvidence> evidence_by_brute_force(const MapModel& map) {
+  std::map<std::array<float, 3>, std::vector<int32_t>> points;  // by position, ascending ids
+  for (const auto& [id, p] : map.points) points[{p.x() + 0, p.y() + 0, p.z() + 0}].push_back(id);
+  std::map<int32_t, VertexEvidence> all;
+  for (int32_t corner = -8; corner < 0; ++corner) all[corner] = {};
+  for (const auto& [position, ids] : points) {
+    VertexEvidence& evidence = all[ids.front()];
+    std::vector<Eigen::Vector3d> directions;
+    for (const MapObservation& seen : map.observations) {
+      if (std::find(ids.begin(), ids.end(), seen.point_id) == ids.end()) continue;
+      ++evidence.observations;
+      const Eigen::Vector3d d =
+          map.cameras.at(seen.keyframe_id) - map.points.at(seen.point_id).cast<double>();
+      if (d.norm() > 0) directions.push_back(d.normalized());
+    }
+    for (const auto& a : directions) {
+      for (const auto& b : directions) {
+        const double angle = 2 * std::asin(std::min(1.0, (a - b).norm() / 2));
+        evidence.spread_rad = std::max(evidence.spread_rad, static_cast<float>(angle));
+      }
+    }
+  }
+  return all;
+}
+
+std::string differences(const std::map<int32_t, VertexEvidence>& actual, const MapModel& map) {
+  const auto expected = evidence_by_brute_force(map);
+  if (actual.size() != expected.size()) return "wrong number of vertices";
+  for (const auto& [id, evidence] : actual) {
+    const std::string name = "vertex " + std::to_string(id);
+    const auto at = expected.find(id);
+    if (at == expected.end()) return name + " should not exist";
+    if (evidence.observations != at->second.observations) return name + ": observations";
+    const auto chord = [](float angle) { return 2 * std::sin(angle / 2); };
+    const float share = chord(evidence.spread_rad) - chord(at->second.spread_rad);
+    if (share > 1e-5f || share < -0.12f * chord(at->second.spread_rad) - 1e-5f) {
+      return name + ": spread " + std::to_string(evidence.spread_rad) + " not " +
+             std::to_string(at->second.spread_rad);
+    }
+  }
+  return "";
+}
+
 Carving carve_by_brute_force(const MapModel& map,
                              const std::map<int32_t, Eigen::Vector3f>& vertices) {
   Triangulation triangulation;

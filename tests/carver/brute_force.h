@@ -11,4 +11,11 @@ namespace foresight::carver_test {
 Carving carve_by_brute_force(const MapModel& map,
                              const std::map<int32_t, Eigen::Vector3f>& vertices);
 
+/// The evidence of every vertex, by the id that it must have. The spread is the angle between all
+/// pairs' most different.
+std::map<int32_t, VertexEvidence> evidence_by_brute_force(const MapModel& map);
+
+/// "" if counts are equal and spreads as close as VertexEvidence promises.
+std::string differences(const std::map<int32_t, VertexEvidence>& actual, const MapModel& map);
+
 }  // namespace foresight::carver_test

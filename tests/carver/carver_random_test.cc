@@ -31,6 +31,7 @@ TEST_P(RandomMap, EveryDeltaEqualsBruteForce) {
     if (receiver.cells().empty()) continue;
     const Carving expected = carve_by_brute_force(generator.model(), receiver.vertices());
     ASSERT_EQ(differences(receiver.carving(), expected), "") << "step " << step;
+    ASSERT_EQ(differences(receiver.evidence(), generator.model()), "") << "step " << step;
     const CarverStatistics s = carver.statistics();
     ASSERT_EQ(s.cells, static_cast<int64_t>(expected.size()));
     ASSERT_EQ(s.points, static_cast<int64_t>(generator.model().points.size()));
@@ -42,6 +43,7 @@ TEST_P(RandomMap, EveryDeltaEqualsBruteForce) {
   Receiver late;
   ASSERT_EQ(late.apply(carver.snapshot()), "");
   EXPECT_EQ(late.carving(), receiver.carving());
+  EXPECT_EQ(late.evidence(), receiver.evidence());
 }
 
 std::vector<Case> all_cases() {

@@ -14,10 +14,12 @@ std::string Receiver::apply(const CarvingDelta& delta) {
   }
   for (const int32_t id : delta.vertices_removed) {
     if (vertices_.erase(id) == 0) return "removes the unknown vertex " + std::to_string(id);
+    evidence_.erase(id);
   }
   for (const CarvingVertex& vertex : delta.vertices_set) {
     if (!replaced.insert(vertex.id).second) return "sets a vertex twice";
     vertices_[vertex.id] = vertex.position_in_map;
+    evidence_[vertex.id] = vertex.evidence;
   }
   for (const auto& [id, cell] : cells_) {
     for (const int32_t vertex : cell.vertices) {
@@ -38,7 +40,20 @@ std::string Receiver::apply(const CarvingDelta& delta) {
     at->second.constraints = update.constraints;
     at->second.votes = update.votes;
   }
+  if (std::string breach = update_vertices(delta.vertices_updated); !breach.empty()) return breach;
   return check();
+}
+
+std::string Receiver::update_vertices(const std::vector<CarvingVertexUpdate>& updates) {
+  std::set<int32_t> updated;
+  for (const CarvingVertexUpdate& update : updates) {
+    const auto at = evidence_.find(update.id);
+    if (at == evidence_.end()) return "updates an unknown vertex";
+    if (!updated.insert(update.id).second) return "updates a vertex twice";
+    if (at->second == update.evidence) return "updates a vertex to what it is";
+    at->second = update.evidence;
+  }
+  return "";
 }
 
 std::string Receiver::check() const {

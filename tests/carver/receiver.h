@@ -28,12 +28,15 @@ class Receiver {
   std::string apply(const CarvingDelta& delta);
   Carving carving() const;
   const std::map<int32_t, Eigen::Vector3f>& vertices() const { return vertices_; }
+  const std::map<int32_t, VertexEvidence>& evidence() const { return evidence_; }
   const std::map<int32_t, CarvingCell>& cells() const { return cells_; }
 
  private:
+  std::string update_vertices(const std::vector<CarvingVertexUpdate>& updates);
   std::string check() const;
 
   std::map<int32_t, Eigen::Vector3f> vertices_;
+  std::map<int32_t, VertexEvidence> evidence_;
   std::map<int32_t, CarvingCell> cells_;
 };
 

@@ -32,7 +32,9 @@ CarvingDelta random_carving_delta(int size) {
   for (int i = 0; i < size; ++i) {
     delta.cells_removed.push_back(i);
     delta.vertices_removed.push_back(-i);
-    delta.vertices_set.push_back({i - 8, Eigen::Vector3f::Random()});
+    delta.vertices_set.push_back(
+        {i - 8, Eigen::Vector3f::Random(), {i, 0.01f * static_cast<float>(i % 300)}});
+    delta.vertices_updated.push_back({i, {2 * i, 0.02f * static_cast<float>(i % 100)}});
     delta.cells_added.push_back({i, {-8, i, i + 1, i + 2}, i % 3, {{i, 1, 2, 3}, i % 5, i % 7}});
     delta.cells_updated.push_back({i, 2 * i, {{3, 2, 1, i}, i % 11, i % 13}});
   }
@@ -68,6 +70,12 @@ void expect_equal(const CarvingDelta& a, const CarvingDelta& b) {
   for (size_t i = 0; i < a.vertices_set.size(); ++i) {
     EXPECT_EQ(a.vertices_set[i].id, b.vertices_set[i].id);
     EXPECT_EQ(a.vertices_set[i].position_in_map, b.vertices_set[i].position_in_map);
+    EXPECT_EQ(a.vertices_set[i].evidence, b.vertices_set[i].evidence);
+  }
+  ASSERT_EQ(a.vertices_updated.size(), b.vertices_updated.size());
+  for (size_t i = 0; i < a.vertices_updated.size(); ++i) {
+    EXPECT_EQ(a.vertices_updated[i].id, b.vertices_updated[i].id);
+    EXPECT_EQ(a.vertices_updated[i].evidence, b.vertices_updated[i].evidence);
   }
   for (size_t i = 0; i < a.cells_added.size(); ++i) {
     EXPECT_EQ(a.cells_added[i].id, b.cells_added[i].id);
@@ -191,11 +199,13 @@ TEST(Messages, MeshSurvives) {
   Mesh mesh;
   mesh.vertices_in_map = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   mesh.vertex_ids = {4, -1, 7, 4};
+  mesh.confidences = {0.5f, 0, 1, 0.25f};
   mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
   const auto read = from_message(to_message(mesh));
   ASSERT_TRUE(read);
   EXPECT_EQ(read->vertices_in_map, mesh.vertices_in_map);
   EXPECT_EQ(read->vertex_ids, mesh.vertex_ids);
+  EXPECT_EQ(read->confidences, mesh.confidences);
   EXPECT_EQ(read->triangles, mesh.triangles);
 }
 
@@ -203,6 +213,7 @@ TEST(Messages, AMeshWithIndicesOutOfRangeIsRefused) {
   Mesh mesh;
   mesh.vertices_in_map = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.vertex_ids = {1, 2, 3};
+  mesh.confidences = {1, 1, 1};
   mesh.triangles = {{0, 2, 1}};
   for (const int32_t index : {-1, 3, 1'000'000}) {
     mesh_t message = to_message(mesh);

@@ -11,6 +11,7 @@
 #include <set>
 #include <vector>
 
+#include "procs/mesher/confidence.h"
 #include "tests/mesher/delaunay_carving.h"
 
 namespace foresight {
@@ -35,6 +36,7 @@ DelaunayCarving random_carving(int32_t points, uint32_t seed) {
 struct CellContent {
   int32_t constraints;
   double volume;
+  std::map<int32_t, VertexEvidence> evidence;  // of its corners
   std::multiset<std::multiset<int32_t>> neighbours;
   bool operator==(const CellContent&) const = default;
 };
@@ -54,6 +56,8 @@ Content content(const CellComplex& complex) {
     c.constraints = complex.constraints(cell);
     c.volume = complex.volume(cell);
     for (int32_t k = 0; k < 4; ++k) {
+      const int32_t corner = complex.vertex(4 * cell + k);
+      c.evidence[complex.vertex_id(corner)] = complex.evidence(corner);
       const int32_t twin = complex.twin(4 * cell + k);
       c.neighbours.insert(twin < 0 ? std::multiset<int32_t>{} : corner_ids(complex, twin / 4));
     }
@@ -163,6 +167,12 @@ std::vector<Hostile> hostile_deltas() {
   const auto set = [](int32_t id, Eigen::Vector3f p) {
     return [=](CarvingDelta* d) { d->vertices_set.push_back({id, p}); };
   };
+  const auto evidence = [](int32_t id, int32_t observations, float spread_rad) {
+    return [=](CarvingDelta* d) {
+      d->vertices_updated.push_back({0, {3, 0.5f}});
+      d->vertices_updated.push_back({id, {observations, spread_rad}});
+    };
+  };
   const auto update = [](int32_t id, int32_t n) {
     return [=](CarvingDelta* d) { d->cells_updated.push_back({id, n}); };
   };
@@ -180,6 +190,15 @@ std::vector<Hostile> hostile_deltas() {
       {"set infinity", kBadPosition, set(900, {0, 0, inf})},
       {"set far below the corners", kVertexIdOutOfRange, set(kMin, {0, 0, 0})},
       {"move used vertex", kVertexInUse, set(0, {9, 9, 9})},
+      {"evidence of unknown vertex", kUnknownVertex, evidence(12345, 1, 0)},
+      {"negative observations", kBadEvidence, evidence(1, -1, 0)},
+      {"negative spread", kBadEvidence, evidence(1, 2, -0.1f)},
+      {"spread NaN", kBadEvidence, evidence(1, 2, nan)},
+      {"spread beyond a half turn", kBadEvidence, evidence(1, 2, 3.2f)},
+      {"new vertex with bad evidence", kBadEvidence,
+       [nan](auto* d) {
+         d->vertices_set.push_back({900, {0, 0, 0}, {1, nan}});
+       }},
       {"add existing cell", kDuplicateCell, add(3, {-1, -2, -3, -4})},
       {"add negative id", kCellIdOutOfRange, add(-1, {-1, -2, -3, -4})},
       {"add extreme id", kCellIdOutOfRange, add(kMax, {-1, -2, -3, -4})},
@@ -216,6 +235,31 @@ TEST(CellComplex, RejectsHostileDeltasAndStaysAsItWas) {
     EXPECT_EQ(complex.apply(good), ApplyResult::kOk) << hostile.name;
     expect_valid(complex);
   }
+}
+
+TEST(CellComplex, LearnsTheEvidenceOfVertices) {
+  CellComplex complex;
+  CarvingDelta delta = one_tetrahedron();
+  delta.vertices_set[1].evidence = {3, 0.5f};
+  ASSERT_EQ(complex.apply(delta), ApplyResult::kOk);
+  const auto evidence = [&](int32_t id) { return content(complex).begin()->second.evidence[id]; };
+  EXPECT_EQ(evidence(0), VertexEvidence{});
+  EXPECT_EQ(evidence(1), (VertexEvidence{3, 0.5f}));
+  CarvingDelta update;
+  update.vertices_updated = {{0, {2, 0.25f}}, {1, {4, 0.75f}}};
+  ASSERT_EQ(complex.apply(update), ApplyResult::kOk);
+  EXPECT_EQ(evidence(0), (VertexEvidence{2, 0.25f}));
+  EXPECT_EQ(evidence(1), (VertexEvidence{4, 0.75f}));
+}
+
+TEST(Confidence, GrowsWithNumberAndSpread) {
+  EXPECT_EQ(confidence_of({}), 0);
+  EXPECT_EQ(confidence_of({1, 0}), 0);
+  EXPECT_EQ(confidence_of({5, 0}), 0) << "five rays from one place";
+  EXPECT_NEAR(confidence_of({4, 0.02f}), 0.5, 1e-6) << "2 mrad / (0.02 · 2) = 5 %";
+  EXPECT_GT(confidence_of({9, 0.02f}), confidence_of({4, 0.02f}));
+  EXPECT_GT(confidence_of({4, 0.03f}), confidence_of({4, 0.02f}));
+  EXPECT_GT(confidence_of({2, 0.5f}), 0.99);
 }
 
 TEST(CellComplex, RejectsBadGeometry) {
@@ -282,7 +326,7 @@ TEST(CellComplex, EveryResultHasItsOwnText) {
   for (int i = 0; i <= static_cast<int>(ApplyResult::kOverlappingCells); ++i) {
     texts.insert(to_string(static_cast<ApplyResult>(i)));
   }
-  EXPECT_EQ(texts.size(), 13u);
+  EXPECT_EQ(texts.size(), 14u);
 }
 
 }  // namespace

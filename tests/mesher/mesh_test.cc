@@ -15,6 +15,7 @@ Mesh tetrahedron() {
   Mesh mesh;
   mesh.vertices_in_map = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   mesh.vertex_ids = {7, -3, 1234567, 0};
+  mesh.confidences = {0.5f, 0, 1, 0.25f};
   mesh.triangles = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
   return mesh;
 }
@@ -84,7 +85,9 @@ Mesh read_ply(const std::string& path) {
   for (size_t i = 0; i < vertices && file; ++i) {
     Eigen::Vector3f p;
     int32_t id = 0;
-    read(p.x()), read(p.y()), read(p.z()), read(id);
+    float confidence = 0;
+    read(p.x()), read(p.y()), read(p.z()), read(id), read(confidence);
+    mesh.confidences.push_back(confidence);
     mesh.vertices_in_map.push_back(p);
     mesh.vertex_ids.push_back(id);
   }
@@ -108,6 +111,7 @@ TEST(Mesh, PlyRoundTrip) {
     const Mesh read = read_ply(path.string());
     EXPECT_TRUE(read.vertices_in_map == mesh.vertices_in_map);
     EXPECT_EQ(read.vertex_ids, mesh.vertex_ids);
+    EXPECT_EQ(read.confidences, mesh.confidences);
     EXPECT_EQ(read.triangles, mesh.triangles);
   }
   std::filesystem::remove(path);
@@ -120,6 +124,9 @@ TEST(Mesh, PlyFailuresNameTheFile) {
   EXPECT_NE(error->find(path), std::string::npos);
   Mesh inconsistent = tetrahedron();
   inconsistent.vertex_ids.pop_back();
+  EXPECT_TRUE(write_ply(inconsistent, testing::TempDir() + "/never_written.ply"));
+  inconsistent = tetrahedron();
+  inconsistent.confidences.pop_back();
   EXPECT_TRUE(write_ply(inconsistent, testing::TempDir() + "/never_written.ply"));
   EXPECT_FALSE(std::filesystem::exists(testing::TempDir() + "/never_written.ply"));
   if (std::filesystem::exists("/dev/full")) {

@@ -190,6 +190,27 @@ TEST_F(SceneRendererTest, HullIsAGuessThatCanBeLeftUnpainted) {
   EXPECT_EQ(frame.source[box], kSourceNewest);
 }
 
+TEST_F(SceneRendererTest, WhatIsUnsureIsAGuess) {
+  const TestScene scene;
+  const CameraModel camera = pinhole_camera();
+  Mesh mesh = scene.mesh();
+  for (size_t i = 0; i < mesh.confidences.size(); ++i) {  // the far wall
+    if (mesh.vertices_in_map[i].z() > 4.9f) mesh.confidences[i] = 0.4f;
+  }
+  SceneRenderer renderer;
+  ASSERT_EQ(renderer.set_mesh(mesh), InputStatus::kAccepted);
+  ASSERT_EQ(renderer.add_view(scene.view(1, camera, scene.pose(0, 0, 0))), InputStatus::kAccepted);
+  const size_t far_wall = 30 * 320 + 160, box = 120 * 320 + 160;
+  RenderOptions options;
+  options.least_confidence = 0.5;
+  RenderedFrame frame = draw(&renderer, camera, scene.pose(0, 0, 0), options);
+  EXPECT_EQ(frame.source[far_wall], kSourceNewest | kSourceGuessBit);
+  EXPECT_EQ(frame.source[box], kSourceNewest);
+  options.least_confidence = 0.3;
+  frame = draw(&renderer, camera, scene.pose(0, 0, 0), options);
+  EXPECT_EQ(frame.source[far_wall], kSourceNewest);
+}
+
 TEST_F(SceneRendererTest, BadInputIsRejected) {
   const TestScene scene;
   const CameraModel camera = pinhole_camera();
@@ -229,6 +250,12 @@ TEST_F(SceneRendererTest, BadMeshIsRejectedAndTheOldOneStays) {
   EXPECT_EQ(renderer.set_mesh(mesh), InputStatus::kBadMesh);
   mesh = scene.mesh();
   mesh.vertex_ids.pop_back();
+  EXPECT_EQ(renderer.set_mesh(mesh), InputStatus::kBadMesh);
+  mesh = scene.mesh();
+  mesh.confidences.pop_back();
+  EXPECT_EQ(renderer.set_mesh(mesh), InputStatus::kBadMesh);
+  mesh = scene.mesh();
+  mesh.confidences[5] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(renderer.set_mesh(mesh), InputStatus::kBadMesh);
   EXPECT_EQ(renderer.triangles(), triangles);
   mesh = scene.mesh();

@@ -57,6 +57,7 @@ void add_rectangle(Mesh* mesh, const Vector3d& corner, const Vector3d& a, const 
           corner + a * (static_cast<double>(i) / n) + b * (static_cast<double>(j) / n);
       mesh->vertices_in_map.push_back(p.cast<float>());
       mesh->vertex_ids.push_back(static_cast<int32_t>(mesh->vertex_ids.size()));
+      mesh->confidences.push_back(1);
     }
   }
   for (int32_t i = 0; i < n; ++i) {
