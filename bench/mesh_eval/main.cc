@@ -10,6 +10,7 @@
 #include "common/tool_main.h"
 #include "procs/carver/process.h"
 #include "procs/mesher/process.h"
+#include "procs/renderer/scene_renderer.h"
 #include "procs/slam/process.h"
 
 namespace foresight {
@@ -20,6 +21,7 @@ struct Arguments {
   std::string json, pictures;
   PlayRange play;
   int every = 1;
+  double least_confidence = RenderOptions{}.least_confidence;
   bool mesh_alone = false;
 };
 
@@ -32,6 +34,10 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--frames", a.play.frames, "number of images; -1: all")->capture_default_str();
   app.add_option("--set", a.settings, "process.key=value (repeatable), of slam, carver or mesher")
       ->allow_extra_args(false);
+  app.add_option("--least-confidence", a.least_confidence,
+                 "surface whose points are less sure counts as guessed, as in the renderer")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
   app.add_option("--json", a.json, "write the table's rows to this file");
   app.add_option("--picture", a.pictures, "draw each sequence's mesh as JPEG into this folder");
   app.add_flag("--mesh-alone", a.mesh_alone,
@@ -42,11 +48,12 @@ MeshEvaluationOptions options_of(const Arguments& a) {
   check_settings(a.settings, {"slam", "carver", "mesher"});
   const MesherParams mesher = Swarm::params<MesherProcess>(a.settings);
   return {.slam = Swarm::params<SlamProcess>(a.settings).options,
-          .mesh = {.carver = Swarm::params<CarverProcess>(a.settings).options,
+          .mesh = {.carver = Swarm::params<CarverProcess>(a.settings).carver_options(),
                    .mesher = mesher.options(),
                    .period = seconds(1 / mesher.rate_hz)},
           .play = a.play,
-          .every = a.every};
+          .every = a.every,
+          .least_confidence = a.least_confidence};
 }
 
 int evaluate_all(const Arguments& a) {

@@ -38,7 +38,7 @@ class Judge {
       if (pose == evaluation_.poses.end() || mesh == nullptr) continue;
       const cv::Mat depth_m = load_depth(sequence_, entry);
       if (depth_m.empty()) continue;
-      if (mesh != shown) view.emplace(*mesh);
+      if (mesh != shown) view.emplace(*mesh, evaluation_.least_confidence);
       shown = mesh;
       scorer.add(view->from(pose->second, rays_), rays_, depth_m, evaluation_.metres_per_mu);
     }
@@ -69,6 +69,7 @@ MeshEvaluation evaluate_mesh(const Sequence& sequence, const MeshEvaluationOptio
   }
   MeshEvaluation e;
   e.sequence = sequence.name;
+  e.least_confidence = options.least_confidence;
   e.metres_per_mu = tracked.depth.metres_per_mu;
   if (tracked.world_from_map) e.truth_metres_per_mu = tracked.world_from_map->scale();
   e.mesh = follower.mesh();

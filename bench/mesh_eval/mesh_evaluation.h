@@ -20,12 +20,14 @@ namespace foresight {
 struct MeshEvaluationOptions {
   SlamOptions slam;
   MeshOptions mesh;
-  PlayRange play;  // images
-  int every = 1;   // of the depth images
+  PlayRange play;               // images
+  int every = 1;                // of the depth images
+  double least_confidence = 0;  // surface with a vertex below it counts as guessed
 };
 
 struct MeshEvaluation {
   std::string sequence;
+  double least_confidence = 0;                // that was used
   double metres_per_mu = 0;                   // that was used
   std::optional<double> truth_metres_per_mu;  // of the Sim(3) that aligns the live poses
   DepthScore final_mesh;                      // in the end

@@ -94,7 +94,7 @@ class Drawing {
       : sequence_(sequence),
         evaluation_(evaluation),
         with_images_(what == PictureOf::kMeshAndImages),
-        mesh_(evaluation.mesh),
+        mesh_(evaluation.mesh, evaluation.least_confidence),
         rays_(sequence.camera, std::max(1, sequence.camera.width_px / kPanelWidth_px)),
         painter_(sequence, mesh_, evaluation.map_keyframes, rays_.step()) {}
 
@@ -119,7 +119,7 @@ class Drawing {
   cv::Mat outside_row() {
     const CameraModel camera = outside_camera();
     const PixelRays rays(camera, 1);
-    const MeshView fronts(evaluation_.mesh, MeshView::Show::kMeasuredFronts);
+    const MeshView fronts(evaluation_.mesh, 0, MeshView::Show::kMeasuredFronts);
     const Pose<Map, Cam> map_from_cam = outside_pose();
     const SeenMesh seen = fronts.from(map_from_cam, rays);
     cv::Mat shaded = shade(fronts, seen, rays, map_from_cam), painted = 0.4 * shaded;

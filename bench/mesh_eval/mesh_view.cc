@@ -8,15 +8,18 @@ namespace {
 constexpr float kTouching = 0.98f;  // share of the way that has to be free
 constexpr float kStepOver = 1e-4f;  // share of the way behind a back that is looked through
 
-bool is_measured(const Mesh& mesh, const std::array<int32_t, 3>& triangle) {
+bool is_measured(const Mesh& mesh, const std::array<int32_t, 3>& triangle,
+                 double least_confidence) {
   return std::all_of(triangle.begin(), triangle.end(), [&](int32_t vertex) {
-    return mesh.vertex_ids[static_cast<size_t>(vertex)] >= 0;
+    const auto v = static_cast<size_t>(vertex);
+    return mesh.vertex_ids[v] >= 0 && static_cast<double>(mesh.confidences[v]) >= least_confidence;
   });
 }
 
-Mesh shown(Mesh mesh, MeshView::Show show) {
+Mesh shown(Mesh mesh, double least_confidence, MeshView::Show show) {
   if (show == MeshView::Show::kMeasuredFronts) {
-    std::erase_if(mesh.triangles, [&](const auto& t) { return !is_measured(mesh, t); });
+    std::erase_if(mesh.triangles,
+                  [&](const auto& t) { return !is_measured(mesh, t, least_confidence); });
   }
   return mesh;
 }
@@ -35,8 +38,9 @@ PixelRays::PixelRays(const CameraModel& camera, int step)
   }
 }
 
-MeshView::MeshView(Mesh mesh, Show show)
-    : mesh_(shown(std::move(mesh), show)),
+MeshView::MeshView(Mesh mesh, double least_confidence, Show show)
+    : least_confidence_(least_confidence),
+      mesh_(shown(std::move(mesh), least_confidence, show)),
       show_(show),
       tracer_(mesh_.vertices_in_map, mesh_.triangles) {}
 
@@ -70,7 +74,8 @@ Eigen::Vector3f MeshView::normal_in_map(int triangle) const {
 }
 
 Surface MeshView::surface(int triangle) const {
-  const bool measured = is_measured(mesh_, mesh_.triangles[static_cast<size_t>(triangle)]);
+  const auto& corners = mesh_.triangles[static_cast<size_t>(triangle)];
+  const bool measured = is_measured(mesh_, corners, least_confidence_);
   return measured ? Surface::kMeasured : Surface::kGuessed;
 }
 

@@ -20,8 +20,8 @@ namespace foresight {
 
 enum class Surface : uint8_t {
   kNone,
-  kMeasured,  // all three vertices are map points
-  kGuessed,   // one is a corner of the bounding hull
+  kMeasured,  // all three vertices are map points, and sure enough
+  kGuessed,   // one is a corner of the bounding hull, or unsure
 };
 
 /// The viewing rays of an image's pixels, in a grid of every `step`th; lens distortion included.
@@ -55,7 +55,8 @@ class MeshView {
     kAll,
     kMeasuredFronts,  // those between map points, from the side of free space: looks into rooms
   };
-  explicit MeshView(Mesh mesh, Show show = Show::kAll);
+  /// Surface with a vertex below `least_confidence` counts as guessed.
+  explicit MeshView(Mesh mesh, double least_confidence = 0, Show show = Show::kAll);
 
   SeenMesh from(const Pose<Map, Cam>& map_from_cam, const PixelRays& rays) const;
   /// Nothing lies between the two places but what is within 2 % of the way to the second.
@@ -68,6 +69,7 @@ class MeshView {
   std::optional<sim::RayHit> nearest(const Eigen::Vector3f& from_in_map,
                                      const Eigen::Vector3f& direction) const;
 
+  double least_confidence_;
   Mesh mesh_;
   Show show_;
   sim::RayTracer tracer_;

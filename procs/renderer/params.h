@@ -22,7 +22,7 @@ struct RendererParams {
   int stored_views = SceneOptions{}.stored_views;
   int used_views = RenderOptions{}.used_views;
   bool paint_guesses = true;
-  double least_confidence = 0.5;
+  double least_confidence = 0.8;
   std::string record;
   double record_fps = 15;
 
@@ -76,7 +76,7 @@ struct RendererParams {
       {.unit = "1",
        .min = 0,
        .max = 1,
-       .doc = "surface whose points are less sure counts as guessed; 0.5: 5 % of the depth"});
+       .doc = "surface whose points are less sure counts as guessed; 0.8: 2.5 % of the depth"});
     v("record", record,
       {.doc = "FILE.mp4, or FOLDER/%05d.png: writes what is shown (by ffmpeg); empty: nothing"});
     v("record_fps", record_fps, {.unit = "Hz", .min = 1, .max = 120, .doc = "of the recording"});

@@ -44,7 +44,7 @@ struct SceneOptions {
 
 struct RenderOptions {
   int used_views = 6;             // per frame, newest included, 1…8
-  double least_confidence = 0.5;  // of vertices: surface below it is a guess, 0…1
+  double least_confidence = 0.8;  // of vertices: surface below it is a guess, 0…1
   bool paint_hull = true;  // paint surface that touches the bounding hull or is unsure (a guess)
   bool paint_background = true;  // paint what misses the mesh as if infinitely far (a guess)
 };

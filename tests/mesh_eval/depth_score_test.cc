@@ -30,6 +30,7 @@ void add_wall(float depth_mu, double from_px, double to_px, int32_t id, Mesh* me
       const Eigen::Vector2d xy = camera.unproject({u, v});
       mesh->vertices_in_map.push_back(depth_mu * xy.homogeneous().cast<float>());
       mesh->vertex_ids.push_back(id);
+      mesh->confidences.push_back(0.5f);
     }
   }
   mesh->triangles.push_back({first, first + 2, first + 1});
@@ -136,12 +137,24 @@ TEST(MeshView, LooksThroughBacksAndGuesses) {
   mesh.vertices_in_map.insert(mesh.vertices_in_map.end(), turned.vertices_in_map.begin(),
                               turned.vertices_in_map.end());
   mesh.vertex_ids.insert(mesh.vertex_ids.end(), 4, 7);
+  mesh.confidences.insert(mesh.confidences.end(), 4, 0.5f);
   const PixelRays rays(make_camera(), 8);
   const auto depth_in_the_middle = [&](MeshView::Show show) {
-    return MeshView(mesh, show).from({}, rays).depth_mu.at<float>(3, 4);
+    return MeshView(mesh, 0, show).from({}, rays).depth_mu.at<float>(3, 4);
   };
   EXPECT_NEAR(depth_in_the_middle(MeshView::Show::kAll), 1, 1e-5);
   EXPECT_NEAR(depth_in_the_middle(MeshView::Show::kMeasuredFronts), 4, 1e-5);
+}
+
+TEST(MeshView, WhatIsUnsureIsGuessed) {
+  Mesh wall;  // of confidence 0.5
+  add_wall(2, -10, kWidth_px + 10, 7, &wall);
+  const PixelRays rays(make_camera(), 8);
+  const auto surface = [&](double least_confidence) {
+    return MeshView(wall, least_confidence).from({}, rays).surface.at<uint8_t>(3, 4);
+  };
+  EXPECT_EQ(surface(0.5), static_cast<uint8_t>(Surface::kMeasured));
+  EXPECT_EQ(surface(0.6), static_cast<uint8_t>(Surface::kGuessed));
 }
 
 TEST(MeshView, KnowsWhatIsHidden) {
