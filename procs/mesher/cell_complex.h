@@ -75,6 +75,8 @@ class CellComplex {
   /// Vertex indices have gaps, too: exists_vertex() tells.
   int32_t vertex_limit() const { return static_cast<int32_t>(points_.size()); }
   bool exists_vertex(int32_t vertex) const { return points_[index(vertex)].exists; }
+  /// The vertex of this id, or −1.
+  int32_t find_vertex(int32_t id) const { return vertex_indices_.find(id); }
   int32_t vertex_id(int32_t vertex) const { return points_[index(vertex)].id; }
   int32_t vertex_degree(int32_t vertex) const { return points_[index(vertex)].degree; }
   const Eigen::Vector3f& position_in_map(int32_t vertex) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/check.h"
+#include "procs/mesher/smoothing.h"
 
 namespace foresight {
 namespace {
@@ -56,6 +57,7 @@ Mesh Mesher::update() {
   Isosurface surface = extract_isosurface(complex_, carved_, options_.repair);
   statistics_.split_vertices = surface.split_vertices;
   statistics_.split_edges = surface.split_edges;
+  statistics_.smoothing_moves = smooth(complex_, options_.smoothing_passes, &surface.mesh);
   return std::move(surface.mesh);
 }
 

@@ -52,6 +52,8 @@ struct MesherOptions {
   /// one resists outliers, but keeps what only one ray has carved.
   int32_t min_constraints = 1;
   ManifoldRepair repair = ManifoldRepair::kSplit;
+  /// Passes of smoothing.h; 0: the mesh's vertices are the map's points.
+  int32_t smoothing_passes = 0;
 };
 
 /// What the last update() did.
@@ -69,6 +71,7 @@ struct CutStatistics {
   double energy_mu3 = 0;          // E of eq. (1)
   int32_t split_vertices = 0;     // see Isosurface
   int32_t split_edges = 0;
+  int32_t smoothing_moves = 0;  // see smooth()
 };
 
 class Mesher {

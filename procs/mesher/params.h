@@ -13,6 +13,7 @@ struct MesherParams {
   double lambda = MesherOptions{}.lambda;
   std::string lambda_unit = "relative";
   int min_constraints = 1;
+  int smoothing_passes = 0;
   double rate_hz = 1.0;
   std::string export_ply;
 
@@ -23,6 +24,7 @@ struct MesherParams {
     o.lambda = lambda;
     o.lambda_unit = lambda_unit == "map_unit" ? LambdaUnit::kMapUnit : LambdaUnit::kRelative;
     o.min_constraints = min_constraints;
+    o.smoothing_passes = smoothing_passes;
     return o;
   }
 
@@ -60,6 +62,11 @@ struct MesherParams {
        .min = 1,
        .max = 100,
        .doc = "volume: a cell counts as carved with at least so many constraints"});
+    v("smoothing_passes", smoothing_passes,
+      {.unit = "1",
+       .min = 0,
+       .max = 50,
+       .doc = "evens the mesh out where no ray was seen; 0: vertices stay at the map's points"});
     v("rate_hz", rate_hz,
       {.unit = "Hz", .min = 0.05, .max = 30, .doc = "meshes per second at most (the paper: 1)"});
     v("export_ply", export_ply,
