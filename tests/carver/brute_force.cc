@@ -40,7 +40,8 @@ Number height(const Point& a, const Point& b, const Point& c, const Point& p) {
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-// Of the ends of a segment, for each facet: on its outer side, or on its plane.
+// Of the ends of a segment, for each facet: strictly on its outer side. (Where one end is on the
+// plane, t is 0 or 1: no limit.)
 struct Outside {
   std::array<bool, 4> from{}, to{};
 };
@@ -78,9 +79,11 @@ bool crosses(const std::array<Point, 4>& cell, const Segment& segment) {
   for (size_t i = 0; i < 4; ++i) {
     const Point &a = cell[(i + 1) % 4], &b = cell[(i + 2) % 4], &c = cell[(i + 3) % 4];
     const auto inside = CGAL::orientation(a, b, c, cell[i]);
-    outside.from[i] = CGAL::orientation(a, b, c, segment.from) != inside;
-    outside.to[i] = CGAL::orientation(a, b, c, segment.to) != inside;
-    if (outside.from[i] && outside.to[i]) return false;
+    const auto from = CGAL::orientation(a, b, c, segment.from);
+    const auto to = CGAL::orientation(a, b, c, segment.to);
+    if (from != inside && to != inside) return false;
+    outside.from[i] = from == -inside;
+    outside.to[i] = to == -inside;
   }
   {
     const CGAL::Protect_FPU_rounding<true> upwards;

@@ -5,13 +5,10 @@
 #include <iterator>
 #include <limits>
 
+#include "tests/carver/random_numbers.h"
+
 namespace foresight::carver_test {
 namespace {
-
-template <class T, size_t N>
-T one_of(const std::array<T, N>& values, std::mt19937& random) {
-  return values[static_cast<size_t>(below(random, static_cast<int>(N)))];
-}
 
 // Of the map as often as not.
 template <class Map>

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/carver/random_numbers.h"
+
 namespace foresight::carver_test {
 namespace {
 
@@ -72,14 +74,6 @@ Vector3d at_points(std::mt19937& random) {
 }
 
 }  // namespace
-
-int below(std::mt19937& random, int bound) {
-  return static_cast<int>(random() % static_cast<uint32_t>(bound));
-}
-
-double real(std::mt19937& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
-}
 
 Eigen::Vector3d place_in(Layout layout, Placed what, std::mt19937& random) {
   switch (layout) {

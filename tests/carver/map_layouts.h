@@ -26,10 +26,6 @@ inline constexpr std::array kAllLayouts{Layout::kGeneral,   Layout::kLattice,  L
 
 enum class Placed : uint8_t { kPoint, kCamera };
 
-/// A whole number from 0 to bound − 1; a real number. The same on every platform.
-int below(std::mt19937& random, int bound);
-double real(std::mt19937& random, double low, double high);
-
 /// A random place of the layout, some units across.
 Eigen::Vector3d place_in(Layout layout, Placed what, std::mt19937& random);
 

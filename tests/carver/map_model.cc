@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tests/carver/hostile_map.h"
+#include "tests/carver/random_numbers.h"
 
 namespace foresight::carver_test {
 namespace {
@@ -64,8 +65,11 @@ MapGenerator::MapGenerator(Layout layout, uint32_t seed, double scale, double of
       Eigen::Translation3d(scale * offset * Eigen::Vector3d(1, -1, 0.5)) * Eigen::Scaling(scale);
 }
 
+int MapGenerator::below(int bound) { return carver_test::below(random_, bound); }
+
 void MapGenerator::start_over() {
   model_ = {};
+  last_ = {};
   next_point_ = next_keyframe_ = 0;
 }
 
@@ -138,8 +142,11 @@ MapDelta MapGenerator::draw() {
 
 MapDelta MapGenerator::applied(MapDelta delta) {
   model_.apply(delta);
+  last_ = delta;
   return delta;
 }
+
+MapDelta MapGenerator::repeat_last() { return applied(std::move(last_)); }
 
 MapDelta MapGenerator::next() { return applied(draw()); }
 

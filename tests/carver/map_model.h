@@ -43,13 +43,15 @@ class MapGenerator {
   MapDelta grow_much();
   /// All points go, or all keyframes, or both.
   MapDelta remove_all();
+  /// The last delta once more.
+  MapDelta repeat_last();
   /// A new epoch: an empty map, ids from 0 again. Whoever follows the deltas starts over, too.
   void start_over();
 
   const MapModel& model() const { return model_; }
 
  private:
-  int below(int bound) { return carver_test::below(random_, bound); }
+  int below(int bound);
   Eigen::Vector3d place(Placed what);
   Eigen::Affine3d random_similarity();
   MapDelta draw();
@@ -67,6 +69,7 @@ class MapGenerator {
   Eigen::Affine3d map_from_layout_;
   std::mt19937 random_;
   MapModel model_;
+  MapDelta last_;
   int32_t next_point_ = 0, next_keyframe_ = 0;
 };
 
