@@ -19,6 +19,7 @@ namespace foresight::fuzz {
 /// What happened so far: a fuzzer that does not get anywhere shows here.
 struct Tally {
   int64_t ignored_entries = 0;  // of map deltas
+  int64_t thinned_constraints = 0;
   int64_t rebuilds = 0;
   int64_t refused_deltas = 0;  // by a mesher
   int64_t taken_corrupted = 0;
@@ -50,6 +51,7 @@ class Episode {
   static Setup choose(std::mt19937& random);
 
   MapDelta next_event();
+  void tally_carver();
   std::string pass_on(const CarvingDelta& delta);
   std::string attack_mesher(const CarvingDelta& delta);
   std::string resynchronise();

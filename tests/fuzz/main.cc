@@ -54,6 +54,7 @@ class Stopwatch {
 
 void add(const Tally& tally, Tally* sum) {
   sum->ignored_entries += tally.ignored_entries;
+  sum->thinned_constraints += tally.thinned_constraints;
   sum->rebuilds += tally.rebuilds;
   sum->refused_deltas += tally.refused_deltas;
   sum->taken_corrupted += tally.taken_corrupted;
@@ -64,14 +65,15 @@ void add(const Tally& tally, Tally* sum) {
 
 void print_progress(const Position& at, double seconds) {
   const auto n = [](int64_t number) { return static_cast<long long>(number); };
-  std::printf(
-      "%.0f s: %lld steps (%.0f/s) in %lld episodes; %lld map entries ignored, %lld rebuilds, %lld "
-      "deltas refused, %lld corrupted ones taken, %lld cells compared, %lld vertices and %lld "
-      "edges split\n",
-      seconds, n(at.steps), static_cast<double>(at.steps) / seconds, n(at.episodes),
-      n(at.tally.ignored_entries), n(at.tally.rebuilds), n(at.tally.refused_deltas),
-      n(at.tally.taken_corrupted), n(at.tally.cells), n(at.tally.split_vertices),
-      n(at.tally.split_edges));
+  const Tally& t = at.tally;
+  std::printf("%.0f s: %lld steps (%.0f/s) in %lld episodes; ", seconds, n(at.steps),
+              static_cast<double>(at.steps) / seconds, n(at.episodes));
+  std::printf("%lld map entries ignored, %lld constraints thinned, %lld rebuilds, ",
+              n(t.ignored_entries), n(t.thinned_constraints), n(t.rebuilds));
+  std::printf("%lld deltas refused, %lld corrupted ones taken, ", n(t.refused_deltas),
+              n(t.taken_corrupted));
+  std::printf("%lld cells compared, %lld vertices and %lld edges split\n", n(t.cells),
+              n(t.split_vertices), n(t.split_edges));
   std::fflush(stdout);
 }
 
