@@ -96,8 +96,7 @@ std::optional<carving::Hull> Carver::Impl::choose_hull() const {
   const carving::Extent extent = map.extent();
   std::optional<carving::Hull> chosen = fit_hull(extent, options);
   if (!chosen && delaunay.built()) {
-    chosen = hull;
-    if (!extent.empty) chosen->centre = extent.low;
+    chosen = extent.empty ? hull : carving::moved_hull(hull, extent.low);
   }
   return chosen;
 }

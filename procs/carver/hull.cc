@@ -6,6 +6,9 @@
 namespace foresight::carving {
 
 constexpr double kLeastFactor = 1.5;  // all points must lie strictly inside
+constexpr double kInside = 1.01;      // also after the corners were rounded
+// Corners are floats: keep the cube much larger than a float's step at this distance.
+constexpr double kLeastPerMagnitude = 1e-3;
 
 void Extent::add(const Point3& point) {
   for (size_t i = 0; i < 3; ++i) {
@@ -36,7 +39,8 @@ std::array<Point3, 8> Hull::corners() const {
 std::optional<Hull> fit_hull(const Extent& extent, const CarverOptions& options) {
   if (extent.empty) return std::nullopt;
   if (options.hull_half_size_mu > 0.0) {
-    const Hull fixed{{}, options.hull_half_size_mu, options.hull_half_size_mu};
+    const auto half_size = static_cast<double>(static_cast<float>(options.hull_half_size_mu));
+    const Hull fixed{{}, half_size, half_size};
     if (fixed.holds(extent.low) && fixed.holds(extent.high)) return fixed;
   }
   Hull hull;
@@ -48,12 +52,20 @@ std::optional<Hull> fit_hull(const Extent& extent, const CarverOptions& options)
     magnitude = std::max({magnitude, std::abs(extent.low[i]), std::abs(extent.high[i])});
   }
   if (half_extent == 0.0) return std::nullopt;
-  // Corners are floats: keep the cube much larger than a float's step at this distance.
   const double factor = std::max(kLeastFactor, options.hull_extent_factor);
-  hull.half_size = std::max(factor * half_extent, 1e-3 * magnitude);
-  hull.limit = std::clamp(options.hull_use_limit * hull.half_size, 1.01 * half_extent,
-                          hull.half_size / 1.01);
+  hull.half_size = std::max(factor * half_extent, kLeastPerMagnitude * magnitude);
+  hull.limit = std::clamp(options.hull_use_limit * hull.half_size, kInside * half_extent,
+                          hull.half_size / kInside);
   return hull;
+}
+
+Hull moved_hull(const Hull& hull, const Point3& centre) {
+  Hull moved{centre, hull.half_size, hull.limit};
+  for (const double x : centre) {
+    moved.half_size = std::max(moved.half_size, kLeastPerMagnitude * std::abs(x));
+  }
+  moved.limit = std::min(moved.limit, moved.half_size / kInside);
+  return moved;
 }
 
 }  // namespace foresight::carving

@@ -29,5 +29,7 @@ struct Hull {
 
 /// The cube for a map of this extent; none while the extent is a single point.
 std::optional<Hull> fit_hull(const Extent& extent, const CarverOptions& options);
+/// The cube around another place, larger where floats are too coarse for it.
+Hull moved_hull(const Hull& hull, const Point3& centre);
 
 }  // namespace foresight::carving

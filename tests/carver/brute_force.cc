@@ -1,11 +1,13 @@
 #include "tests/carver/brute_force.h"
 
 #include <CGAL/Delaunay_triangulation_3.h>
-#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Exact_rational.h>
+#include <CGAL/Interval_nt.h>
 #include <CGAL/Triangulation_vertex_base_with_info_3.h>
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
 
 namespace foresight::carver_test {
@@ -13,7 +15,8 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
-using Rational = CGAL::Exact_predicates_exact_constructions_kernel::FT;  // lazy, exact
+using Rational = CGAL::Exact_rational;
+using Interval = CGAL::Interval_nt_advanced;  // encloses the exact number
 using Triangulation = CGAL::Delaunay_triangulation_3<
     Kernel, CGAL::Triangulation_data_structure_3<
                 CGAL::Triangulation_vertex_base_with_info_3<int32_t, Kernel>>>;
@@ -22,13 +25,14 @@ struct Segment {
   Point from, to;
 };
 
-// Twelve times the signed height of `p` over the plane abc times its area, exactly.
-Rational height(const Point& a, const Point& b, const Point& c, const Point& p) {
-  std::array<std::array<Rational, 3>, 3> m;
+// Six times the signed volume of abcp: the height of `p` over abc times twice its area.
+template <class Number>
+Number height(const Point& a, const Point& b, const Point& c, const Point& p) {
+  std::array<std::array<Number, 3>, 3> m;
   const std::array<const Point*, 3> others{&b, &c, &p};
   for (size_t r = 0; r < 3; ++r) {
     for (int i = 0; i < 3; ++i) {
-      m[r][static_cast<size_t>(i)] = Rational((*others[r])[i]) - Rational(a[i]);
+      m[r][static_cast<size_t>(i)] = Number((*others[r])[i]) - Number(a[i]);
     }
   }
   return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
@@ -36,22 +40,57 @@ Rational height(const Point& a, const Point& b, const Point& c, const Point& p) 
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-// Is there a t in (0, 1) with from + t (to − from) strictly inside all four facets?
+// Of the ends of a segment, for each facet: strictly on its outer side. (Where one end is on the
+// plane, t is 0 or 1: no limit.)
+struct Outside {
+  std::array<bool, 4> from{}, to{};
+};
+
+// Is there a t in (0, 1) with from + t (to − from) strictly inside all four facets? None: cannot
+// tell. t where the segment meets a plane is a fraction, kept with a positive denominator.
+template <class Number>
+std::optional<bool> clip(const std::array<Point, 4>& cell, const Segment& segment,
+                         const Outside& outside) {
+  Number low(0), low_denominator(1), high(1), high_denominator(1);
+  for (size_t i = 0; i < 4; ++i) {
+    if (outside.from[i] == outside.to[i]) continue;
+    const Point &a = cell[(i + 1) % 4], &b = cell[(i + 2) % 4], &c = cell[(i + 3) % 4];
+    const Number at_from = height<Number>(a, b, c, segment.from);
+    const Number at_to = height<Number>(a, b, c, segment.to);
+    const Number size = CGAL::abs(at_from), denominator = size + CGAL::abs(at_to);
+    const auto is_later = size * low_denominator > low * denominator;
+    const auto is_earlier = size * high_denominator < high * denominator;
+    if (!CGAL::is_certain(is_later) || !CGAL::is_certain(is_earlier)) return std::nullopt;
+    if (outside.from[i] && CGAL::get_certain(is_later)) {
+      low = size;
+      low_denominator = denominator;
+    } else if (outside.to[i] && CGAL::get_certain(is_earlier)) {
+      high = size;
+      high_denominator = denominator;
+    }
+  }
+  const auto is_left = low * high_denominator < high * low_denominator;
+  if (!CGAL::is_certain(is_left)) return std::nullopt;
+  return CGAL::get_certain(is_left);
+}
+
 bool crosses(const std::array<Point, 4>& cell, const Segment& segment) {
-  Rational low(0), high(1);
+  Outside outside;
   for (size_t i = 0; i < 4; ++i) {
     const Point &a = cell[(i + 1) % 4], &b = cell[(i + 2) % 4], &c = cell[(i + 3) % 4];
     const auto inside = CGAL::orientation(a, b, c, cell[i]);
-    const bool from_out = CGAL::orientation(a, b, c, segment.from) != inside;
-    const bool to_out = CGAL::orientation(a, b, c, segment.to) != inside;
-    if (from_out && to_out) return false;
-    if (!from_out && !to_out) continue;
-    const Rational at_from = height(a, b, c, segment.from);
-    const Rational t = at_from / (at_from - height(a, b, c, segment.to));
-    if (from_out && low < t) low = t;
-    if (to_out && t < high) high = t;
+    const auto from = CGAL::orientation(a, b, c, segment.from);
+    const auto to = CGAL::orientation(a, b, c, segment.to);
+    if (from != inside && to != inside) return false;
+    outside.from[i] = from == -inside;
+    outside.to[i] = to == -inside;
   }
-  return low < high;
+  {
+    const CGAL::Protect_FPU_rounding<true> upwards;
+    const std::optional<bool> quick = clip<Interval>(cell, segment, outside);
+    if (quick) return *quick;
+  }
+  return *clip<Rational>(cell, segment, outside);
 }
 
 // Which facet (opposite corner k) does the segment come in by, strictly inside it? −1: none.

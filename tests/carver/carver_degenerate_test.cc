@@ -118,6 +118,40 @@ TEST(Hull, WaitsForASecondPosition) {
   expect_exact(carver, receiver, map);
 }
 
+// Of a map that shrinks to one position, far from where it was: the corners are floats.
+TEST(Hull, FollowsALonelyPointFarAway) {
+  Carver carver;
+  Receiver receiver;
+  MapModel map;
+  MapDelta delta;
+  delta.points_set = {{0, {0, 0, 0}}, {1, {0.1F, 0, 0}}};
+  map.apply(delta);
+  ASSERT_EQ(receiver.apply(carver.apply(delta)), "");
+  MapDelta leaves;
+  leaves.points_removed = {0};
+  leaves.points_set = {{1, {0, 0, 3e8F}}};
+  map.apply(leaves);
+  ASSERT_EQ(receiver.apply(carver.apply(leaves)), "");
+  expect_exact(carver, receiver, map);
+}
+
+// Half edges that no float holds: what is inside before the corners are rounded is to be so after.
+TEST(Hull, HoldsWhatLiesOnARoundedFaceStrictly) {
+  for (const double half_size : {530.72933197, 0.1, 1e-3, 7.7e5}) {
+    CarverOptions options;
+    options.hull_half_size_mu = half_size;
+    Carver carver(options);
+    Receiver receiver;
+    MapModel map;
+    MapDelta delta;
+    const auto face = static_cast<float>(half_size);
+    delta.points_set = {{0, {0, 0, 0}}, {1, {face, 0, 0}}, {2, {0, std::nextafter(face, 0.F), 0}}};
+    map.apply(delta);
+    ASSERT_EQ(receiver.apply(carver.apply(delta)), "") << half_size;
+    expect_exact(carver, receiver, map);
+  }
+}
+
 TEST(CoincidentPoints, ShareAVertexNamedByTheSmallestId) {
   Carver carver;
   Receiver receiver;

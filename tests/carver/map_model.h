@@ -1,12 +1,14 @@
 // A plain model of the SLAM map that follows MapDelta's contract, and random changes to it.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <map>
 #include <random>
 #include <set>
 #include <vector>
 
 #include "common/map_delta.h"
+#include "tests/carver/map_layouts.h"
 
 namespace foresight::carver_test {
 
@@ -15,32 +17,45 @@ struct MapModel {
   std::map<int32_t, Eigen::Vector3f> points;
   std::set<MapObservation> observations;
 
-  /// Ignores what is unknown or repeated, as the carver must.
+  /// Ignores what is unknown, repeated or absurd, as the carver must.
   void apply(const MapDelta& delta);
   /// The delta that makes this map from nothing.
   MapDelta whole() const;
 };
 
-/// Where random points and cameras lie.
-enum class Layout {
-  kGeneral,  // anywhere
-  kLattice,  // small whole numbers; cameras there too, on edges, facets and vertices
-  kPlane,    // points on one plane, some cameras on it
-};
-
+/// Random deltas to a map of a few dozen points; each is applied to `model()` too.
+///
+///   MapGenerator generator(Layout::kLattice, seed);
+///   carver.apply(generator.next());
 class MapGenerator {
  public:
-  MapGenerator(Layout layout, uint32_t seed, double scale = 1.0)
-      : layout_(layout), scale_(scale), random_(seed) {}
+  /// Places are multiplied by `scale` and lie around a point `offset` scaled units away.
+  MapGenerator(Layout layout, uint32_t seed, double scale = 1.0, double offset = 0.0);
 
-  /// A random change: insertions, deletions, moves, lost observations; applied to `model` too.
+  /// A small change: insertions, deletions, moves, lost observations.
   MapDelta next();
+  /// A small change among entries that nobody should send: see add_hostile_entries().
+  MapDelta next_hostile();
+  /// A loop is closed: all points and keyframes move by one similarity, new ones follow it. Half of
+  /// the similarities are exact, so that lattices and planes remain such.
+  MapDelta close_loop();
+  /// Many points, keyframes and observations at once.
+  MapDelta grow_much();
+  /// All points go, or all keyframes, or both.
+  MapDelta remove_all();
+  /// The last delta once more.
+  MapDelta repeat_last();
+  /// A new epoch: an empty map, ids from 0 again. Whoever follows the deltas starts over, too.
+  void start_over();
+
   const MapModel& model() const { return model_; }
 
  private:
-  int below(int bound) { return static_cast<int>(random_() % static_cast<uint32_t>(bound)); }
-  double real(double low, double high);
-  Eigen::Vector3d place(bool camera);
+  int below(int bound);
+  Eigen::Vector3d place(Placed what);
+  Eigen::Affine3d random_similarity();
+  MapDelta draw();
+  MapDelta applied(MapDelta delta);
   void add_keyframe(MapDelta& delta);
   void add_points(MapDelta& delta, int count);
   void add_observations(MapDelta& delta, int count);
@@ -51,8 +66,10 @@ class MapGenerator {
 
   Layout layout_;
   double scale_;
+  Eigen::Affine3d map_from_layout_;
   std::mt19937 random_;
   MapModel model_;
+  MapDelta last_;
   int32_t next_point_ = 0, next_keyframe_ = 0;
 };
 

@@ -13,6 +13,7 @@
 
 #include "procs/mesher/confidence.h"
 #include "tests/mesher/delaunay_carving.h"
+#include "tests/mesher/mesher_checks.h"
 
 namespace foresight {
 namespace {
@@ -30,39 +31,6 @@ DelaunayCarving random_carving(int32_t points, uint32_t seed) {
   for (int32_t i = 0; i < points; ++i) carving.set_point(i, random_point(&random));
   carving.carve_at_random(0.4, seed);
   return carving;
-}
-
-/// All that a complex holds, independent of the order of indices: corner ids → what is known.
-struct CellContent {
-  int32_t constraints;
-  double volume;
-  std::map<int32_t, VertexEvidence> evidence;  // of its corners
-  std::multiset<std::multiset<int32_t>> neighbours;
-  bool operator==(const CellContent&) const = default;
-};
-using Content = std::map<std::multiset<int32_t>, CellContent>;
-
-std::multiset<int32_t> corner_ids(const CellComplex& complex, int32_t cell) {
-  std::multiset<int32_t> ids;
-  for (int32_t k = 0; k < 4; ++k) ids.insert(complex.vertex_id(complex.vertex(4 * cell + k)));
-  return ids;
-}
-
-Content content(const CellComplex& complex) {
-  Content all;
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
-    if (!complex.exists(cell)) continue;
-    CellContent& c = all[corner_ids(complex, cell)];
-    c.constraints = complex.constraints(cell);
-    c.volume = complex.volume(cell);
-    for (int32_t k = 0; k < 4; ++k) {
-      const int32_t corner = complex.vertex(4 * cell + k);
-      c.evidence[complex.vertex_id(corner)] = complex.evidence(corner);
-      const int32_t twin = complex.twin(4 * cell + k);
-      c.neighbours.insert(twin < 0 ? std::multiset<int32_t>{} : corner_ids(complex, twin / 4));
-    }
-  }
-  return all;
 }
 
 void expect_valid(const CellComplex& complex) {
@@ -116,12 +84,13 @@ TEST(CellComplex, DeltasEqualFromScratch) {
     expect_valid(complex);
     CellComplex fresh;
     ASSERT_EQ(fresh.apply(carving.snapshot()), ApplyResult::kOk);
-    const Content now = content(complex), expected = content(fresh);
+    const ComplexContent now = content(complex), expected = content(fresh);
     ASSERT_EQ(now.size(), expected.size());
     for (const auto& [corners, cell] : expected) {
       const auto found = now.find(corners);
       ASSERT_NE(found, now.end());
       EXPECT_EQ(found->second.constraints, cell.constraints);
+      EXPECT_EQ(found->second.votes, cell.votes);
       EXPECT_NEAR(found->second.volume, cell.volume, 1e-12 * cell.volume + 1e-15);
       EXPECT_EQ(found->second.neighbours, cell.neighbours);
     }
@@ -218,7 +187,7 @@ TEST(CellComplex, RejectsHostileDeltasAndStaysAsItWas) {
     DelaunayCarving carving = random_carving(60, 11);
     CellComplex complex;
     ASSERT_EQ(complex.apply(carving.take_delta()), ApplyResult::kOk);
-    const Content before = content(complex);
+    const ComplexContent before = content(complex);
     const int32_t limit_before = complex.cell_limit();
 
     carving.remove_point(30);
@@ -308,7 +277,7 @@ TEST(CellComplex, SurvivesCorruptedDeltas) {
       corrupt(delta.vertices_set, [&](CarvingVertex& v) { v.id ^= 1 << random() % 32; });
       corrupt(delta.cells_added, [&](CarvingCell& c) { c.vertices[random() % 4] ^= 1; });
       corrupt(delta.cells_added, [&](CarvingCell& c) { c.id ^= 1 << random() % 32; });
-      const Content before = content(complex);
+      const ComplexContent before = content(complex);
       const ApplyResult result = complex.apply(delta);
       expect_valid(complex);
       if (result != ApplyResult::kOk) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/mesher/delaunay_carving.h"
+#include "tests/mesher/mesher_checks.h"
 
 namespace foresight {
 namespace {
@@ -42,29 +43,6 @@ double enclosed_volume(const Mesh& mesh) {
   return volume;
 }
 
-/// The triangles around every vertex form one ring.
-bool has_one_fan_per_vertex(const Mesh& mesh) {
-  std::vector<std::map<int32_t, int32_t>> rings(mesh.vertices_in_map.size());
-  for (const auto& t : mesh.triangles) {
-    for (size_t j = 0; j < 3; ++j) {
-      auto& ring = rings[static_cast<size_t>(t[j])];
-      if (!ring.emplace(t[(j + 1) % 3], t[(j + 2) % 3]).second) return false;
-    }
-  }
-  for (const auto& ring : rings) {
-    if (ring.empty()) return false;
-    size_t steps = 0;
-    int32_t at = ring.begin()->first;
-    do {
-      const auto next = ring.find(at);
-      if (next == ring.end() || ++steps > ring.size()) return false;
-      at = next->second;
-    } while (at != ring.begin()->first);
-    if (steps != ring.size()) return false;
-  }
-  return true;
-}
-
 void expect_good_surface(const CellComplex& complex, const std::vector<uint8_t>& carved,
                          Isosurface* split) {
   const double volume = carved_volume(complex, carved);
@@ -74,10 +52,7 @@ void expect_good_surface(const CellComplex& complex, const std::vector<uint8_t>&
   EXPECT_EQ(std::set<int32_t>(plain.mesh.vertex_ids.begin(), plain.mesh.vertex_ids.end()).size(),
             plain.mesh.vertex_ids.size());
   *split = extract_isosurface(complex, carved, ManifoldRepair::kSplit);
-  const MeshDefects defects = find_defects(split->mesh);
-  EXPECT_TRUE(defects.closed_and_oriented());
-  EXPECT_EQ(defects.non_manifold_edges, 0);
-  EXPECT_TRUE(has_one_fan_per_vertex(split->mesh));
+  EXPECT_EQ(find_problem(split->mesh), "");
   EXPECT_NEAR(enclosed_volume(split->mesh), volume, 1e-5 * volume);
   EXPECT_EQ(split->mesh.vertex_ids.size(), plain.mesh.vertex_ids.size() +
                                                static_cast<size_t>(split->split_vertices) +

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/mesher/delaunay_carving.h"
+#include "tests/mesher/mesher_checks.h"
 
 namespace foresight {
 namespace {
@@ -136,9 +137,7 @@ TEST(Mesher, LargerLambdaGivesLessArea) {
     Mesher mesher({.energy = Energy::kVolume, .lambda = lambda});
     ASSERT_EQ(mesher.apply(delta), ApplyResult::kOk);
     const Mesh mesh = mesher.update();
-    const MeshDefects defects = find_defects(mesh);
-    EXPECT_TRUE(defects.closed_and_oriented());
-    EXPECT_EQ(defects.non_manifold_edges, 0);
+    EXPECT_EQ(find_problem(mesh), "");
     EXPECT_LE(mesher.statistics().surface_area_mu2, previous);
     previous = mesher.statistics().surface_area_mu2;
   }
@@ -230,8 +229,7 @@ TEST(Mesher, DeltasEqualFromScratch) {
     carving.carve_at_random(0.4, static_cast<uint32_t>(step));
     ASSERT_EQ(mesher.apply(carving.take_delta()), ApplyResult::kOk);
     const Mesh mesh = mesher.update();
-    EXPECT_EQ(find_defects(mesh).non_manifold_edges, 0);
-    EXPECT_TRUE(find_defects(mesh).closed_and_oriented());
+    EXPECT_EQ(find_problem(mesh), "");
     Mesher fresh({.energy = Energy::kVolume, .lambda = 0.01});
     ASSERT_EQ(fresh.apply(carving.snapshot()), ApplyResult::kOk);
     const Mesh expected = fresh.update();
