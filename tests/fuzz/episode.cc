@@ -218,9 +218,15 @@ std::string Episode::check_carving() {
   if (std::string breach = late.apply(carver_.snapshot()); !breach.empty()) {
     return "the snapshot " + breach;
   }
-  if (late.carving() != receiver_.carving()) return "the snapshot differs from the deltas";
+  if (late.carving() != receiver_.carving() || late.evidence() != receiver_.evidence()) {
+    return "the snapshot differs from the deltas";
+  }
   if (receiver_.cells().empty()) return "";
   const auto expected = carver_test::carve_by_brute_force(map, receiver_.vertices());
+  if (!may_thin) {
+    const std::string wrong = carver_test::differences(receiver_.evidence(), map);
+    if (!wrong.empty()) return wrong;
+  }
   if (is_lossless(setup_.carver)) {
     return carver_test::differences(receiver_.carving(), expected);
   }
@@ -270,6 +276,16 @@ std::string Episode::check_references(const Mesh& mesh) const {
     if (complex.constraints(id) != cell.constraints || complex.votes(id) != cell.votes) {
       return "has other votes than the carver";
     }
+  }
+  for (int32_t vertex = 0; vertex < complex.vertex_limit(); ++vertex) {
+    if (!complex.exists_vertex(vertex)) continue;
+    const auto known = receiver_.evidence().find(complex.vertex_id(vertex));
+    if (known == receiver_.evidence().end() || complex.evidence(vertex) != known->second) {
+      return "has other evidence than the carver";
+    }
+  }
+  for (const float confidence : mesh.confidences) {
+    if (!(confidence >= 0 && confidence <= 1)) return "a confidence beyond 0…1";
   }
   for (size_t i = 0; i < mesh.vertex_ids.size(); ++i) {
     if (!receiver_.vertices().contains(mesh.vertex_ids[i])) return "mesh with an unknown vertex";

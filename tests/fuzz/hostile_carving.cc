@@ -147,6 +147,14 @@ bool update_to_impossible_votes(Target& t) {
   return true;
 }
 
+bool update_to_bad_evidence(Target& t) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::array<CarvingVertexUpdate, 5> bad{
+      {{kUnknownVertex, {1, 0}}, {-1, {-1, 0}}, {-1, {2, nan}}, {-1, {2, -0.1F}}, {-1, {2, 3.2F}}}};
+  insert_anywhere(t.delta.vertices_updated, one_of(bad, t.random), t.random);
+  return true;
+}
+
 bool add_impossible_votes(Target& t) {
   if (t.delta.cells_added.empty()) return false;
   CarvingCell& cell = t.delta.cells_added.back();
@@ -193,7 +201,7 @@ CarvingDelta made_impossible(CarvingDelta delta, const Receiver& before, std::mt
       remove_used_vertex,       set_bad_position,    set_vertex_below_the_corners,
       move_used_vertex,         add_existing_cell,   add_cell_of_bad_id,
       add_cell_of_bad_vertices, update_unknown_cell, update_to_impossible_votes,
-      add_impossible_votes,     lose_new_vertex,     remove_unknown_cell};
+      add_impossible_votes,     lose_new_vertex,     update_to_bad_evidence};
   Target target{delta, before, random, {}, 0};
   const std::set<int32_t> removed(delta.cells_removed.begin(), delta.cells_removed.end());
   for (const auto& [id, cell] : before.cells()) {
@@ -225,6 +233,9 @@ CarvingDelta corrupted(CarvingDelta delta, std::mt19937& random) {
   corrupt(delta.cells_added, random, [&](CarvingCell& c) { flip_votes(c.votes); });
   corrupt(delta.cells_updated, random, [&](CarvingCellUpdate& u) { flip(u.constraints); });
   corrupt(delta.cells_updated, random, [&](CarvingCellUpdate& u) { flip_votes(u.votes); });
+  corrupt(delta.vertices_updated, random, [&](CarvingVertexUpdate& u) { flip(u.id); });
+  corrupt(delta.vertices_updated, random,
+          [&](CarvingVertexUpdate& u) { flip(u.evidence.observations); });
   return delta;
 }
 
