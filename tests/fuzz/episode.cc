@@ -53,6 +53,7 @@ MesherOptions random_mesher_options(std::mt19937& random) {
   options.lambda = one_of(std::array{0.0, 0.002, 0.1, 1.0}, random);
   options.lambda_unit = one_of(std::array{LambdaUnit::kMapUnit, LambdaUnit::kRelative}, random);
   options.min_constraints = 1 + below(random, 3);
+  options.smoothing_passes = one_of(std::array{0, 0, 1, 4}, random);
   return options;
 }
 
@@ -109,7 +110,8 @@ std::string Episode::description() const {
        << "; mesher: " << (setup_.mesher.energy == Energy::kVolume ? "volume" : "visibility")
        << ", lambda " << setup_.mesher.lambda
        << (setup_.mesher.lambda_unit == LambdaUnit::kRelative ? "" : " mu") << ", from "
-       << setup_.mesher.min_constraints << " constraints; event: " << event_;
+       << setup_.mesher.min_constraints << " constraints, smoothed "
+       << setup_.mesher.smoothing_passes << " times; event: " << event_;
   return text.str();
 }
 
