@@ -26,6 +26,9 @@ def read_results(folder):
         if not path.exists():
             continue
         results[name] = json.loads(path.read_text(encoding="utf-8"))
+        for key in ("keyframe_ms_mean", "from_scratch_ms", "cut_ms_incremental_median"):
+            if key not in results[name]:
+                raise KeyError(f"{path.name} lacks {key}")
         with open(folder / f"{name}.csv", encoding="utf-8") as file:
             results[name]["events"] = list(csv.DictReader(file))
         accuracy = folder / f"{name}.accuracy.json"

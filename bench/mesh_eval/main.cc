@@ -34,8 +34,10 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--frames", a.play.frames, "number of images; -1: all")->capture_default_str();
   app.add_option("--set", a.settings, "process.key=value (repeatable), of slam, carver or mesher")
       ->allow_extra_args(false);
-  app.add_option("--least-confidence", a.least_confidence,
-                 "surface whose points are less sure counts as guessed, as in the renderer")
+  app.add_option(
+         "--least-confidence", a.least_confidence,
+         "a triangle with a point that is less sure counts as guessed (the renderer draws the "
+         "line within the triangle)")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--json", a.json, "write the table's rows to this file");

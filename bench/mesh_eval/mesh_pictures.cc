@@ -111,8 +111,10 @@ class Drawing {
     cv::resize(cv::imread(image_nearest(sequence_.images, time).path, cv::IMREAD_COLOR), camera,
                painted.size(), 0, 0, cv::INTER_AREA);
     if (with_images_) painter_.paint(seen, rays_, map_from_cam, time - kAge, &painted);
-    return side_by_side(chosen({camera, shade(mesh_, seen, rays_, map_from_cam), painted,
-                                draw_errors(seen, rays_, depth_m, evaluation_.metres_per_mu)}));
+    return side_by_side(
+        chosen({camera, shade(mesh_, seen, rays_, map_from_cam), painted,
+                depth_m.empty() ? cv::Mat(painted.size(), CV_8UC3, kUnseen)
+                                : draw_errors(seen, rays_, depth_m, evaluation_.metres_per_mu)}));
   }
 
   // From above and behind the cameras, through what hides the inside; shaded and painted.

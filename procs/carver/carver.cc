@@ -1,6 +1,7 @@
 #include "procs/carver/carver.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "procs/carver/carver_impl.h"
 #include "procs/carver/evidence.h"
@@ -21,31 +22,42 @@ std::string Carver::validate() const { return impl_->validate(); }
 
 CarvingDelta Carver::Impl::apply(const MapDelta& delta) {
   map.stage(delta);
-  const bool thinned = thin();
   tracer.start_delta(map.staged.retired);
   cells_replaced = 0;
   const RebuildReason reason = rebuild_reason();
-  CarvingDelta result = reason == RebuildReason::kNever ? update() : rebuild(reason);
-  if (thinned) tracer.lists().compact();
-  return result;
+  return reason == RebuildReason::kNever ? update() : rebuild(reason);
 }
 
 size_t Carver::Impl::memory_bytes() const {
   return map.memory_bytes() + delaunay.memory_bytes() + tracer.lists().memory_bytes();
 }
 
-// Lists are what thinning makes smaller. Returns whether it did something.
-bool Carver::Impl::thin() {
-  const auto limit = static_cast<size_t>(options.memory_limit_bytes);
-  const size_t held = memory_bytes();
-  over_limit = limit > 0 && held > limit;
-  if (!over_limit) return false;
+// After the delta's own work, before its result is told. Once more if rays were shorter than usual.
+void Carver::Impl::thin() {
+  const auto over = [&] {
+    return options.memory_limit_bytes > 0 &&
+           memory_bytes() > static_cast<size_t>(options.memory_limit_bytes);
+  };
+  over_limit = over();
+  while (over_limit) {
+    const size_t before = map.staged.retired.size();
+    if (thin_oldest(map, rays_to_forget()) == 0) return;
+    tracer.forget(std::span(map.staged.retired).subspan(before));
+    tracer.lists().compact();
+    over_limit = over();
+  }
+}
+
+// Lists are what forgetting makes smaller: down to three quarters of the limit, so that not every
+// delta has to do it again, but by no more than a quarter of the lists unless the limit asks for
+// it.
+int64_t Carver::Impl::rays_to_forget() const {
+  const auto limit = static_cast<double>(options.memory_limit_bytes);
+  const auto held = static_cast<double>(memory_bytes());
   const auto lists = static_cast<double>(tracer.lists().list_bytes());
-  const auto traced = static_cast<double>(map.live_rays);
-  const double excess = static_cast<double>(held) - 0.75 * static_cast<double>(limit);
-  const double wanted = std::clamp(traced * excess / std::max(lists, 1.0), 0.0, traced);
-  over_limit = thin_oldest(map, static_cast<int64_t>(wanted)) == 0;
-  return !over_limit;
+  const double bytes = std::max(held - limit, std::min(held - 0.75 * limit, 0.25 * lists));
+  const auto rays = static_cast<double>(map.live_rays);
+  return static_cast<int64_t>(std::min(rays, std::ceil(rays * bytes / std::max(lists, 1.0))));
 }
 
 RebuildReason Carver::Impl::rebuild_reason() const {
@@ -86,6 +98,7 @@ CarvingDelta Carver::Impl::update() {
   tracer.retrace(change);
   tracer.prune();
   tracer.trace(map.staged.issued);
+  thin();
   CarvingDelta delta = net_delta(change);
   finish();
   return delta;
@@ -123,6 +136,7 @@ CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
   tracer.relocate();
   tracer.note_all_cells();
   tracer.trace(map.staged.issued);
+  thin();
   tracer.lists().take_changed();
   for (const int32_t vertex : vertices.inserted()) {
     vertices.report(vertex, evidence_at(map, vertices.records()[static_cast<size_t>(vertex)]));

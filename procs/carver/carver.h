@@ -48,8 +48,9 @@ struct CarverOptions {
   /// of the estimated cost of a rebuild. 0 = always rebuild; a huge value = never.
   double rebuild_cost_ratio = 1.0;
   /// When the carver holds more than this, the oldest constraints are forgotten, down to
-  /// three quarters of it (a point keeps its newest constraint; thinning.h). It is looked at after
-  /// each delta, so one delta's growth can exceed it. 0 = no limit.
+  /// three quarters of it (a point keeps its newest constraint; thinning.h), and with them what
+  /// they say of the point's depth (VertexEvidence). That happens at the end of each delta, which
+  /// may need more meanwhile. 0 = no limit.
   int64_t memory_limit_bytes = 0;
 };
 

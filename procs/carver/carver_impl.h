@@ -30,7 +30,8 @@ struct Carver::Impl {
   RebuildReason rebuild_reason() const;
   bool update_is_dearer() const;
   size_t memory_bytes() const;
-  bool thin();
+  void thin();
+  int64_t rays_to_forget() const;
   bool staged_fits_hull() const;
   CarvingDelta update();
   CarvingDelta rebuild(RebuildReason reason);

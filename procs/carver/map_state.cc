@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "procs/carver/constraint_lists.h"
+#include "procs/carver/grow.h"
 
 namespace foresight::carving {
 namespace {
@@ -17,7 +18,7 @@ int32_t find_id(const std::unordered_map<int32_t, int32_t>& map, int32_t id) {
 template <class Record>
 int32_t allocate(std::vector<Record>& records, std::vector<int32_t>& free) {
   if (free.empty()) {
-    records.emplace_back();
+    add_one(records);
     return static_cast<int32_t>(records.size()) - 1;
   }
   const int32_t number = free.back();
@@ -65,7 +66,8 @@ void MapState::remove_observation(const MapObservation& observation) {
   const int32_t point = find_point(observation.point_id);
   const int32_t ray = keyframe < 0 || point < 0 ? -1 : find_ray(keyframe, point);
   if (ray >= 0) return retire_ray(ray);
-  const bool perhaps_thinned = thinned_rays > 0 && keyframe >= 0 && point >= 0;
+  const bool perhaps_thinned = thinned_unremoved_ > 0 && keyframe >= 0 && point >= 0;
+  thinned_unremoved_ -= perhaps_thinned;
   ignored += !perhaps_thinned;
 }
 
@@ -189,8 +191,10 @@ void MapState::retire_ray(int32_t ray) {
 }
 
 void MapState::thin_ray(int32_t ray) {
+  rays[static_cast<size_t>(ray)].state = RayState::kTraced;  // also if only just
   retire_ray(ray);
   ++thinned_rays;
+  ++thinned_unremoved_;
 }
 
 // One end moves: traced rays are replaced; new ones will be traced with the new geometry anyway.

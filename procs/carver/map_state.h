@@ -86,7 +86,8 @@ class MapState {
   int64_t live_points = 0, live_keyframes = 0, live_rays = 0;
   int64_t thinned_rays = 0;  // forgotten to save memory, since the start
 
-  /// Forgets an observation to save memory; that it is removed later is then no mistake.
+  /// Forgets an observation that has been traced, to save memory; that it is removed later is then
+  /// no mistake.
   void thin_ray(int32_t ray);
 
   /// The number of the point with this id, or −1.
@@ -110,6 +111,7 @@ class MapState {
 
   double max_coordinate_;
   int64_t arrivals_ = 0;
+  int64_t thinned_unremoved_ = 0;  // thinned rays whose removal has not been asked for
   std::unordered_map<int32_t, int32_t> point_by_id_, keyframe_by_id_;
   std::vector<int32_t> free_points_, free_keyframes_, free_rays_;
   std::vector<int32_t> dropped_points_, dropped_keyframes_, dropped_rays_;

@@ -52,9 +52,9 @@ void CarverProcess::publish(const CarverStatistics& s, Duration elapsed) {
     node_.set_state(ProcessState::kDegraded,
                     std::string(limit) + ": needs more even with one constraint per point");
   } else if (s.thinned_constraints > 0) {
-    node_.set_state(ProcessState::kOk, std::string(limit) + ": " +
-                                           std::to_string(s.thinned_constraints) +
-                                           " oldest constraints were forgotten");
+    node_.set_state(ProcessState::kDegraded, std::string(limit) + ": " +
+                                                 std::to_string(s.thinned_constraints) +
+                                                 " oldest constraints were forgotten");
   } else {
     node_.set_state(ProcessState::kOk, "");
   }

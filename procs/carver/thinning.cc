@@ -16,13 +16,14 @@ std::vector<int32_t> keyframes_by_age(const MapState& map) {
   return order;
 }
 
-bool is_traced(const MapState& map, int32_t ray) {
-  return map.rays[static_cast<size_t>(ray)].state == RayState::kTraced;
+bool is_listed(const MapState& map, int32_t ray) {
+  const RayState state = map.rays[static_cast<size_t>(ray)].state;
+  return state == RayState::kTraced || state == RayState::kNew;
 }
 
-int64_t traced_rays(const MapState& map, int32_t point) {
+int64_t listed_rays(const MapState& map, int32_t point) {
   const auto& rays = map.points[static_cast<size_t>(point)].rays;
-  return std::count_if(rays.begin(), rays.end(), [&](int32_t ray) { return is_traced(map, ray); });
+  return std::count_if(rays.begin(), rays.end(), [&](int32_t ray) { return is_listed(map, ray); });
 }
 
 }  // namespace
@@ -36,7 +37,7 @@ int64_t thin_oldest(MapState& map, int64_t count) {
       for (const int32_t ray : rays) {
         if (thinned == count) return thinned;
         const int32_t point = map.rays[static_cast<size_t>(ray)].point;
-        if (!is_traced(map, ray) || traced_rays(map, point) <= kept) continue;
+        if (listed_rays(map, point) <= kept) continue;
         map.thin_ray(ray);
         ++thinned;
       }

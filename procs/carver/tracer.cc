@@ -42,7 +42,7 @@ const Feature& Tracer::aim(int32_t ray) {
   return keyframe.start;
 }
 
-void Tracer::erase(const std::vector<RetiredRay>& retired) {
+void Tracer::erase(std::span<const RetiredRay> retired) {
   marked_.resize(complex_.cells.size());
   const auto note = [&](int32_t cell) {
     const auto at = static_cast<size_t>(cell);
@@ -63,13 +63,19 @@ void Tracer::erase(const std::vector<RetiredRay>& retired) {
 
 void Tracer::prune() {
   for (const int32_t cell : crossed_) {
-    if (state_of(cell) != CellState::kKept) continue;
+    if (state_of(cell) == CellState::kDestroyed) continue;
     lists_.filter(cell, [&](uint32_t entry) {
       const int32_t ray = entry_ray(entry);
       return special_[static_cast<size_t>(ray)] && ray_at(ray).state == RayState::kRetired;
     });
   }
   crossed_.clear();
+}
+
+void Tracer::forget(std::span<const RetiredRay> retired) {
+  for (const RetiredRay& ray : retired) note_special(ray.ray, true);
+  erase(retired);
+  prune();
 }
 
 void Tracer::relocate() {

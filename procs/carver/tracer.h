@@ -8,9 +8,11 @@
 //   retrace(change)    rays of destroyed cells, inside the new cells only
 //   prune()            take retired rays out of the surviving cells found by `erase`
 //   trace(rays)        new rays
+//   forget(retired)    rays that memory is too short for
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "procs/carver/constraint_lists.h"
@@ -29,11 +31,12 @@ class Tracer {
         limit_(static_cast<uint32_t>(std::max(0, max_constraints_per_cell))) {}
 
   void reset();
-  void erase(const std::vector<RetiredRay>& retired);
+  void erase(std::span<const RetiredRay> retired);
   void relocate();
   void retrace(const TriangulationChange& change);
   void prune();
   void trace(const std::vector<int32_t>& rays);
+  void forget(std::span<const RetiredRay> retired);
   /// After a rebuild, before trace(): all cells are new.
   void note_all_cells();
 

@@ -45,6 +45,7 @@ struct CellComplex::Journal {
   enum class Step {
     kCellRemoved,
     kCellAdded,
+    kAllCellsAdded,  // of a complex that had none
     kCellUpdated,
     kVertexRemoved,
     kVertexChanged,
@@ -111,15 +112,20 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
     }
     resize_cells(static_cast<size_t>(largest_id) + 1);
   }
+  const bool changes_cells = !delta.cells_removed.empty() || !delta.cells_added.empty();
+  if (changes_cells && cell_count_ > 0) know_facets();
   ApplyResult result = apply_all(delta.cells_removed, &CellComplex::remove_cell);
   if (result != ApplyResult::kOk) return result;
   result = apply_all(delta.vertices_removed, &CellComplex::remove_vertex);
   if (result != ApplyResult::kOk) return result;
   result = apply_all(delta.vertices_set, &CellComplex::set_vertex);
   if (result != ApplyResult::kOk) return result;
-  // Each facet is between two cells, but for those of the hull.
-  facets_.reserve(static_cast<size_t>(facets_.size()) + 2 * delta.cells_added.size());
-  result = add_cells(delta.cells_added, journal);
+  if (cell_count_ == 0 && !delta.cells_added.empty()) {
+    result = add_all_cells(delta.cells_added);
+    if (result == ApplyResult::kOk) journal->steps.push_back({Journal::Step::kAllCellsAdded, 0});
+  } else {
+    result = apply_all(delta.cells_added, &CellComplex::add_cell);
+  }
   if (result != ApplyResult::kOk) return result;
   result = apply_all(delta.cells_updated, &CellComplex::update_cell);
   if (result != ApplyResult::kOk) return result;
@@ -156,6 +162,9 @@ void CellComplex::roll_back(const Journal& journal) {
         break;
       case Step::kCellAdded:
         detach(i);
+        break;
+      case Step::kAllCellsAdded:
+        remove_all_cells();
         break;
       case Step::kCellUpdated:
         set_evidence(i, journal.cells[saved].evidence);
@@ -257,37 +266,26 @@ ApplyResult CellComplex::update_vertex(const CarvingVertexUpdate& update, Journa
   return ApplyResult::kOk;
 }
 
-// Looks a few cells ahead: the facets' places in memory are anywhere.
-ApplyResult CellComplex::add_cells(const std::vector<CarvingCell>& cells, Journal* journal) {
-  constexpr size_t kAhead = 4;
-  std::array<Corners, 2 * kAhead> corners;
-  std::array<ApplyResult, 2 * kAhead> found;
-  const auto look_up = [&](size_t n) {
-    if (n >= cells.size()) return;
-    found[n % found.size()] = find_corners(cells[n], &corners[n % corners.size()]);
-    if (found[n % found.size()] == ApplyResult::kOk) prefetch_facets(corners[n % corners.size()]);
-  };
-  for (size_t n = 0; n < kAhead; ++n) look_up(n);
-  for (size_t n = 0; n < cells.size(); ++n) {
-    look_up(n + kAhead);
-    if (exists(cells[n].id)) return ApplyResult::kDuplicateCell;
-    if (!Evidence{cells[n].constraints, cells[n].votes}.makes_sense()) {
-      return ApplyResult::kBadConstraints;
-    }
-    if (found[n % found.size()] != ApplyResult::kOk) return found[n % found.size()];
-    const ApplyResult result = add_cell(cells[n], corners[n % corners.size()], journal);
-    if (result != ApplyResult::kOk) return result;
-  }
+ApplyResult CellComplex::check_cell(const CarvingCell& cell, Corners* corners,
+                                    double* volume) const {
+  if (exists(cell.id)) return ApplyResult::kDuplicateCell;
+  if (!Evidence{cell.constraints, cell.votes}.makes_sense()) return ApplyResult::kBadConstraints;
+  const ApplyResult found = find_corners(cell, corners);
+  if (found != ApplyResult::kOk) return found;
+  std::array<Eigen::Vector3d, 4> positions;
+  for (size_t k = 0; k < 4; ++k) positions[k] = position_in_map((*corners)[k]).cast<double>();
+  const std::optional<double> checked = checked_volume(positions);
+  if (!checked) return ApplyResult::kInvertedCell;
+  *volume = *checked;
   return ApplyResult::kOk;
 }
 
-ApplyResult CellComplex::add_cell(const CarvingCell& cell, const Corners& corners,
-                                  Journal* journal) {
-  std::array<Eigen::Vector3d, 4> positions;
-  for (size_t k = 0; k < 4; ++k) positions[k] = position_in_map(corners[k]).cast<double>();
-  const std::optional<double> volume = checked_volume(positions);
-  if (!volume) return ApplyResult::kInvertedCell;
-  const ApplyResult result = attach(cell.id, corners, {cell.constraints, cell.votes}, *volume);
+ApplyResult CellComplex::add_cell(const CarvingCell& cell, Journal* journal) {
+  Corners corners{};
+  double volume = 0;
+  ApplyResult result = check_cell(cell, &corners, &volume);
+  if (result != ApplyResult::kOk) return result;
+  result = attach(cell.id, corners, {cell.constraints, cell.votes}, volume);
   if (result == ApplyResult::kOk) journal->steps.push_back({Journal::Step::kCellAdded, cell.id});
   return result;
 }
@@ -351,6 +349,10 @@ void CellComplex::detach(int32_t cell) {
     detach_facet(4 * cell + k);
     --points_[index(vertex(4 * cell + k))].degree;
   }
+  clear_cell(cell);
+}
+
+void CellComplex::clear_cell(int32_t cell) {
   touch(cell);
   constraints_[index(cell)] = -1;
   votes_[index(cell)] = {};
@@ -365,6 +367,7 @@ ApplyResult CellComplex::attach_facet(int32_t slot) {
     twins_[index(slot)] = -1;
     areas_[index(slot)] = facet_area(slot);
     facets_.insert(key, slot);
+    ++facet_count_;
     return ApplyResult::kOk;
   }
   if (twin(entry->slot) >= 0) return ApplyResult::kCrowdedFacet;
@@ -381,18 +384,12 @@ void CellComplex::detach_facet(int32_t slot) {
   FORESIGHT_CHECK(entry != nullptr);
   if (twin(slot) < 0) {
     facets_.erase(entry);
+    --facet_count_;
     return;
   }
   *entry = {twin(slot), key.reversed()};
   twins_[index(entry->slot)] = -1;
   twins_[index(slot)] = -1;
-}
-
-void CellComplex::prefetch_facets(const Corners& corners) const {
-  for (const auto& facet : kFacetCorners) {
-    facets_.prefetch(FacetKey::of(
-        {corners[index(facet[0])], corners[index(facet[1])], corners[index(facet[2])]}));
-  }
 }
 
 FacetKey CellComplex::facet_key(int32_t slot) const {

@@ -40,7 +40,7 @@ class CellComplex {
   int32_t cell_count() const { return cell_count_; }
   int32_t vertex_count() const { return vertex_indices_.size(); }
   /// Facets with one cell only: the hull. Twelve for a cube of corners.
-  int32_t hull_facet_count() const { return 2 * facets_.size() - 4 * cell_count_; }
+  int32_t hull_facet_count() const { return 2 * facet_count_ - 4 * cell_count_; }
 
   bool exists(int32_t cell) const { return constraints_[index(cell)] >= 0; }
   int32_t constraints(int32_t cell) const { return constraints_[index(cell)]; }
@@ -95,8 +95,13 @@ class CellComplex {
   ApplyResult remove_cell(const int32_t& cell, Journal* journal);
   ApplyResult remove_vertex(const int32_t& id, Journal* journal);
   ApplyResult set_vertex(const CarvingVertex& vertex, Journal* journal);
-  ApplyResult add_cells(const std::vector<CarvingCell>& cells, Journal* journal);
-  ApplyResult add_cell(const CarvingCell& cell, const Corners& corners, Journal* journal);
+  ApplyResult add_all_cells(const std::vector<CarvingCell>& cells);
+  ApplyResult place_cell(const CarvingCell& cell);
+  ApplyResult pair_all_facets(const std::vector<CarvingCell>& cells);
+  void pair_facet(int32_t slot, int32_t twin);
+  void remove_all_cells();
+  void know_facets();
+  ApplyResult add_cell(const CarvingCell& cell, Journal* journal);
   ApplyResult update_cell(const CarvingCellUpdate& update, Journal* journal);
   ApplyResult update_vertex(const CarvingVertexUpdate& update, Journal* journal);
   void resize_cells(size_t limit);
@@ -104,13 +109,14 @@ class CellComplex {
   void commit(const Journal& journal);
   void roll_back(const Journal& journal);
 
+  ApplyResult check_cell(const CarvingCell& cell, Corners* corners, double* volume) const;
   ApplyResult find_corners(const CarvingCell& cell, Corners* corners) const;
   ApplyResult attach(int32_t cell, const Corners& corners, const Evidence& evidence, double volume);
   void set_evidence(int32_t cell, const Evidence& evidence);
   void detach(int32_t cell);
+  void clear_cell(int32_t cell);
   ApplyResult attach_facet(int32_t slot);
   void detach_facet(int32_t slot);
-  void prefetch_facets(const Corners& corners) const;
   FacetKey facet_key(int32_t slot) const;
   double facet_area(int32_t slot) const;
   int32_t new_point();
@@ -131,6 +137,8 @@ class CellComplex {
   VertexIndex vertex_indices_{kHullCorners};
 
   FacetTable facets_;
+  bool facets_known_ = true;  // not yet, after a whole complex was added
+  int32_t facet_count_ = 0;
   int32_t cell_count_ = 0;
 };
 

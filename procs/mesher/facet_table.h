@@ -69,11 +69,6 @@ class FacetTable {
     return nullptr;
   }
 
-  /// Fetches what find() and insert() will need into the cache.
-  void prefetch(const FacetKey& key) const {
-    if (!entries_.empty()) __builtin_prefetch(&entries_[key.hash() & mask()]);
-  }
-
   void insert(const FacetKey& key, int32_t slot) {
     if (entries_.size() < 2 * static_cast<size_t>(size_ + 1)) {
       grow_to(std::max<size_t>(64, 2 * entries_.size()));

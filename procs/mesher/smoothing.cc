@@ -56,11 +56,12 @@ bool interiors_overlap(Tetrahedron a, Tetrahedron b) {
   return true;
 }
 
+/// Strictly: on a border the next search would not know on which side to begin.
 bool contains(const Tetrahedron& t, const Vector3d& p) {
   const auto volume = [](const Vector3d& a, const Vector3d& b, const Vector3d& c,
                          const Vector3d& d) { return (b - a).cross(c - a).dot(d - a); };
-  return volume(p, t[1], t[2], t[3]) >= 0 && volume(t[0], p, t[2], t[3]) >= 0 &&
-         volume(t[0], t[1], p, t[3]) >= 0 && volume(t[0], t[1], t[2], p) >= 0;
+  return volume(p, t[1], t[2], t[3]) > 0 && volume(t[0], p, t[2], t[3]) > 0 &&
+         volume(t[0], t[1], p, t[3]) > 0 && volume(t[0], t[1], t[2], p) > 0;
 }
 
 class Smoother {

@@ -22,7 +22,7 @@ struct RendererParams {
   int stored_views = SceneOptions{}.stored_views;
   int used_views = RenderOptions{}.used_views;
   bool paint_guesses = true;
-  double least_confidence = 0.8;
+  double least_confidence = RenderOptions{}.least_confidence;
   std::string record;
   double record_fps = 15;
 

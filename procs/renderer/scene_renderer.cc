@@ -76,7 +76,7 @@ void SceneRenderer::State::draw_depth_map(StoredView* view) {
   depth_target.bind(camera.width_px, camera.height_px);
   glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, depths.name(), 0, view->slot);
   require_complete_framebuffer("depth map");
-  surface_pass.draw(camera, view->map_from_cam.inverse());
+  surface_pass.draw(camera, view->map_from_cam.inverse(), 0);
   view->depth_mesh = mesh_number;
 }
 

@@ -25,8 +25,7 @@ class SurfacePass {
   /// Clears the bound framebuffer (colour and depth) and draws (1/z, slopes, guess), first row at
   /// the bottom of GL's window, so that texel (0, 0) is pixel (0, 0). `camera` has no distortion.
   /// A guess is what touches the hull or where the vertices' confidence is below the least.
-  void draw(const CameraModel& camera, const Pose<Cam, Map>& cam_from_map,
-            double least_confidence = 0);
+  void draw(const CameraModel& camera, const Pose<Cam, Map>& cam_from_map, double least_confidence);
 
   int triangles() const { return triangles_; }
   /// Median distance of the measured vertices from their middle: the unit of length of this map.

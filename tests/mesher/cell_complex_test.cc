@@ -206,6 +206,36 @@ TEST(CellComplex, RejectsHostileDeltasAndStaysAsItWas) {
   }
 }
 
+/// A snapshot takes another way in; it must be as strict and leave nothing behind.
+TEST(CellComplex, RejectsHostileSnapshots) {
+  DelaunayCarving carving = random_carving(60, 11);
+  const CarvingDelta good = carving.take_delta();
+  CellComplex intact;
+  ASSERT_EQ(intact.apply(good), ApplyResult::kOk);
+  for (const Hostile& hostile : hostile_deltas()) {
+    CarvingDelta bad = good;
+    hostile.write(&bad);
+    CellComplex complex;
+    if (bad.cells_removed.empty() && bad.vertices_removed.empty() &&
+        hostile.expected != ApplyResult::kVertexInUse) {
+      EXPECT_EQ(complex.apply(bad), hostile.expected) << hostile.name;
+      EXPECT_EQ(complex.cell_count(), 0) << hostile.name;
+      EXPECT_EQ(complex.vertex_count(), 0) << hostile.name;
+      expect_valid(complex);
+    }
+    EXPECT_EQ(complex.apply(good), ApplyResult::kOk) << hostile.name;
+    expect_valid(complex);
+    EXPECT_TRUE(content(complex) == content(intact)) << hostile.name;
+  }
+  CarvingDelta doubled = good;
+  doubled.cells_added.push_back(good.cells_added.front());
+  doubled.cells_added.back().id = 5000;
+  CellComplex complex;
+  const ApplyResult result = complex.apply(doubled);
+  EXPECT_TRUE(result == ApplyResult::kCrowdedFacet || result == ApplyResult::kOverlappingCells);
+  EXPECT_EQ(complex.cell_count(), 0);
+}
+
 TEST(CellComplex, LearnsTheEvidenceOfVertices) {
   CellComplex complex;
   CarvingDelta delta = one_tetrahedron();

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -157,6 +158,36 @@ TEST(Swarm, AllFollowANewMap) {
   EXPECT_EQ(after.carving_epoch, after.map_epoch);
   EXPECT_EQ(after.mesh_epoch, after.map_epoch);
   EXPECT_EQ(after.shown_epoch, after.map_epoch);
+}
+
+TEST(Swarm, TheCarverSaysWhatItForgets) {
+  const auto last_health = [](const std::string& limit_mb) {
+    RecordedLine line({.sequence = sequence(),
+                       .delay_s = 0.1,
+                       .frame_count = 60,
+                       .settings = {"carver.memory_limit_mb=" + limit_mb}});
+    health_t last{};
+    line.world().listen(Domain::kRobot, "HEALTH", [&](auto bytes) {
+      const auto health = decode<health_t>(bytes);
+      if (health.process == "carver") last = health;
+    });
+    run_all(line);
+    return last;
+  };
+  const health_t free = last_health("0");
+  EXPECT_TRUE(free.state == health_t::STATE_OK);
+  EXPECT_EQ(free.reason, "");
+  const auto memory = std::find(free.metric_names.begin(), free.metric_names.end(), "memory_mb");
+  ASSERT_NE(memory, free.metric_names.end());
+  const double needed_mb =
+      free.metric_values[static_cast<size_t>(memory - free.metric_names.begin())];
+  const health_t enough = last_health(std::to_string(0.8 * needed_mb));
+  EXPECT_TRUE(enough.state == health_t::STATE_DEGRADED);
+  EXPECT_NE(enough.reason.find("oldest constraints were forgotten"), std::string::npos)
+      << enough.reason;
+  const health_t tight = last_health("0.001");
+  EXPECT_TRUE(tight.state == health_t::STATE_DEGRADED);
+  EXPECT_NE(tight.reason.find("memory limit of 0.001 MB"), std::string::npos) << tight.reason;
 }
 
 TEST(Swarm, HostileBytesAreCountedAndHarmless) {

@@ -1,0 +1,121 @@
+// A whole complex at once: neighbours are found by sorting instead of one look-up per facet, and
+// the table of facets is left until a later delta needs it.
+#include <algorithm>
+
+#include "procs/mesher/cell_complex.h"
+
+namespace foresight {
+namespace {
+
+/// A facet without its smallest vertex; `low` < `high`.
+struct Facet {
+  int32_t low = 0, high = 0;
+  int32_t slot = 0;
+  bool ascending = false;  // counter-clockwise from outside: smallest vertex, low, high
+  bool same_as(const Facet& other) const { return low == other.low && high == other.high; }
+};
+
+Facet facet_of(const FacetKey& key, int32_t slot) {
+  const auto [low, high] = std::minmax(key.vertices[1], key.vertices[2]);
+  return {low, high, slot, key.vertices[1] == low};
+}
+
+}  // namespace
+
+// All or nothing; the complex has no cells.
+ApplyResult CellComplex::add_all_cells(const std::vector<CarvingCell>& cells) {
+  ApplyResult result = ApplyResult::kOk;
+  for (const CarvingCell& cell : cells) {
+    result = place_cell(cell);
+    if (result != ApplyResult::kOk) break;
+  }
+  if (result == ApplyResult::kOk) result = pair_all_facets(cells);
+  if (result != ApplyResult::kOk) remove_all_cells();
+  return result;
+}
+
+// All of a cell but its neighbours.
+ApplyResult CellComplex::place_cell(const CarvingCell& cell) {
+  Corners corners{};
+  double volume = 0;
+  const ApplyResult result = check_cell(cell, &corners, &volume);
+  if (result != ApplyResult::kOk) return result;
+  for (int32_t k = 0; k < 4; ++k) {
+    vertices_[index(4 * cell.id + k)] = corners[index(k)];
+    ++points_[index(corners[index(k)])].degree;
+  }
+  set_evidence(cell.id, {cell.constraints, cell.votes});
+  volumes_[index(cell.id)] = volume;
+  ++cell_count_;
+  return ApplyResult::kOk;
+}
+
+ApplyResult CellComplex::pair_all_facets(const std::vector<CarvingCell>& cells) {
+  // The facets by their smallest vertex (counting sort), then each vertex's by the other two.
+  std::vector<size_t> ends(points_.size() + 1, 0);
+  const auto for_each_facet = [&](auto&& visit) {
+    for (const CarvingCell& cell : cells) {
+      for (int32_t slot = 4 * cell.id; slot < 4 * cell.id + 4; ++slot) visit(facet_key(slot), slot);
+    }
+  };
+  for_each_facet([&](const FacetKey& key, int32_t) { ++ends[index(key.vertices[0]) + 1]; });
+  for (size_t v = 1; v < ends.size(); ++v) ends[v] += ends[v - 1];
+  std::vector<Facet> facets(4 * cells.size());
+  for_each_facet([&](const FacetKey& key, int32_t slot) {
+    facets[ends[index(key.vertices[0])]++] = facet_of(key, slot);
+  });
+  size_t first = 0;
+  for (size_t v = 0; v < points_.size(); ++v) {
+    const auto begin = facets.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = facets.begin() + static_cast<std::ptrdiff_t>(ends[v]);
+    std::sort(begin, end, [](const Facet& a, const Facet& b) {
+      return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.slot < b.slot;
+    });
+    for (auto facet = begin; facet != end;) {
+      auto next = facet + 1;
+      while (next != end && next->same_as(*facet)) ++next;
+      if (next - facet > 2) return ApplyResult::kCrowdedFacet;
+      const bool paired = next - facet == 2;
+      if (paired && facet->ascending == facet[1].ascending) return ApplyResult::kOverlappingCells;
+      pair_facet(facet->slot, paired ? facet[1].slot : -1);
+      facet = next;
+    }
+    first = ends[v];
+  }
+  facets_known_ = false;
+  return ApplyResult::kOk;
+}
+
+void CellComplex::pair_facet(int32_t slot, int32_t twin) {
+  ++facet_count_;
+  areas_[index(slot)] = facet_area(slot);
+  twins_[index(slot)] = twin;
+  if (twin < 0) return;
+  areas_[index(twin)] = areas_[index(slot)];
+  twins_[index(twin)] = slot;
+}
+
+void CellComplex::remove_all_cells() {
+  for (int32_t cell = 0; cell < cell_limit(); ++cell) {
+    if (!exists(cell)) continue;
+    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
+      --points_[index(vertex(slot))].degree;
+      twins_[index(slot)] = -1;
+    }
+    clear_cell(cell);
+  }
+  facets_.clear();
+  facet_count_ = 0;
+  facets_known_ = true;
+}
+
+void CellComplex::know_facets() {
+  if (facets_known_) return;
+  facets_.reserve(static_cast<size_t>(facet_count_));
+  for (int32_t slot = 0; slot < 4 * cell_limit(); ++slot) {
+    if (exists(slot / 4) && twin(slot) < slot) facets_.insert(facet_key(slot), slot);
+  }
+  facets_known_ = true;
+}
+
+}  // namespace foresight
