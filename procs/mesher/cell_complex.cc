@@ -140,7 +140,6 @@ void CellComplex::resize_cells(size_t limit) {
   volumes_.resize(limit, 0);
   vertices_.resize(4 * limit, -1);
   twins_.resize(4 * limit, -1);
-  areas_.resize(4 * limit, 0);
 }
 
 /// Indices of removed vertices become free only now: until here a rollback may need them back.
@@ -365,7 +364,6 @@ ApplyResult CellComplex::attach_facet(int32_t slot) {
   const FacetTable::Entry* entry = facets_.find(key);
   if (entry == nullptr) {
     twins_[index(slot)] = -1;
-    areas_[index(slot)] = facet_area(slot);
     facets_.insert(key, slot);
     ++facet_count_;
     return ApplyResult::kOk;
@@ -374,7 +372,6 @@ ApplyResult CellComplex::attach_facet(int32_t slot) {
   if (entry->key == key) return ApplyResult::kOverlappingCells;
   twins_[index(slot)] = entry->slot;
   twins_[index(entry->slot)] = slot;
-  areas_[index(slot)] = area(entry->slot);
   return ApplyResult::kOk;
 }
 
@@ -400,7 +397,7 @@ FacetKey CellComplex::facet_key(int32_t slot) const {
 }
 
 /// Summed up in the order of vertex ids: the same number whichever cell came first.
-double CellComplex::facet_area(int32_t slot) const {
+double CellComplex::area(int32_t slot) const {
   const auto& corners = kFacetCorners[index(slot % 4)];
   std::array<int32_t, 3> v{};
   for (size_t j = 0; j < 3; ++j) v[j] = vertex(slot - slot % 4 + corners[j]);

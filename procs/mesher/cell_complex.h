@@ -50,7 +50,8 @@ class CellComplex {
 
   /// The facet from the other side, or −1 on the hull.
   int32_t twin(int32_t slot) const { return twins_[index(slot)]; }
-  double area(int32_t slot) const { return areas_[index(slot)]; }  // mu², equal from both sides
+  /// In mu², equal to the last bit from both sides. Computed anew each time.
+  double area(int32_t slot) const;
   /// A dense index of the vertex in `slot`.
   int32_t vertex(int32_t slot) const { return vertices_[index(slot)]; }
 
@@ -118,7 +119,6 @@ class CellComplex {
   ApplyResult attach_facet(int32_t slot);
   void detach_facet(int32_t slot);
   FacetKey facet_key(int32_t slot) const;
-  double facet_area(int32_t slot) const;
   int32_t new_point();
 
   // By cell.
@@ -130,7 +130,6 @@ class CellComplex {
   // By slot.
   std::vector<int32_t> vertices_;
   std::vector<int32_t> twins_;
-  std::vector<double> areas_;
   // By vertex.
   std::vector<Point> points_;
   std::vector<int32_t> free_points_;

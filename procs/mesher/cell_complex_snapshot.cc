@@ -88,11 +88,8 @@ ApplyResult CellComplex::pair_all_facets(const std::vector<CarvingCell>& cells) 
 
 void CellComplex::pair_facet(int32_t slot, int32_t twin) {
   ++facet_count_;
-  areas_[index(slot)] = facet_area(slot);
   twins_[index(slot)] = twin;
-  if (twin < 0) return;
-  areas_[index(twin)] = areas_[index(slot)];
-  twins_[index(twin)] = slot;
+  if (twin >= 0) twins_[index(twin)] = slot;
 }
 
 void CellComplex::remove_all_cells() {

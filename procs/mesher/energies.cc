@@ -168,8 +168,13 @@ void weigh_by_volume(const CellComplex& complex, double lambda_mu, int32_t min_c
                      MaxFlow* flow) {
   const int32_t cells = complex.cell_limit();
   double total_area = 0;
+  std::vector<double> areas(static_cast<size_t>(4 * cells), 0);  // by slot
   for (int32_t slot = 0; slot < 4 * cells; ++slot) {
-    if (complex.exists(slot / 4)) total_area += complex.area(slot);
+    if (!complex.exists(slot / 4)) continue;
+    const int32_t twin = complex.twin(slot);
+    double& area = areas[static_cast<size_t>(slot)];
+    area = twin >= 0 && twin < slot ? areas[static_cast<size_t>(twin)] : complex.area(slot);
+    total_area += area;
   }
   const double scale = capacity_scale(lambda_mu * total_area);
   flow->reset(cells);
@@ -177,7 +182,7 @@ void weigh_by_volume(const CellComplex& complex, double lambda_mu, int32_t min_c
     if (!complex.exists(cell)) continue;
     Capacity links = 0;
     for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
-      const Capacity capacity = to_capacity(scale * lambda_mu * complex.area(slot));
+      const Capacity capacity = to_capacity(scale * lambda_mu * areas[static_cast<size_t>(slot)]);
       const int32_t twin = complex.twin(slot);
       links += capacity;
       if (twin < 0) {
