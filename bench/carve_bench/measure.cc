@@ -1,12 +1,12 @@
 #include "bench/carve_bench/measure.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <numeric>
+
+#include "common/peak_memory.h"
 
 namespace foresight {
 namespace {
@@ -33,14 +33,9 @@ double timed_update(Mesher& mesher, const CarvingDelta& delta, Mesh* mesh) {
   return thread_ms() - start;
 }
 
-double peak_memory_mb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;
-}
-
 // The carver alone first: its memory is what grows meanwhile.
 void time_carver(const CarvSequence& sequence, const CarveMeasurement& how, CarveResult* result) {
+  forget_peak_memory();
   const double before_mb = peak_memory_mb();
   result->carve_ms.assign(sequence.events.size(), 0.0);
   CarvingDelta delta;

@@ -1,13 +1,10 @@
 #include "bench/slam_eval/evaluation.h"
 
-#include <malloc.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -15,25 +12,11 @@
 #include "bench/slam_eval/cpu_time.h"
 #include "bench/slam_eval/score.h"
 #include "common/errors.h"
+#include "common/peak_memory.h"
 #include "procs/slam/map_folder.h"
 
 namespace foresight {
 namespace {
-
-// Peak resident memory since the last forget_peak(), which needs Linux; else since the start.
-void forget_peak() {
-  malloc_trim(0);
-  std::ofstream("/proc/self/clear_refs") << 5;
-}
-double peak_mb() {
-  std::ifstream status("/proc/self/status");
-  std::string word;
-  double kilobytes = 0;
-  while (status >> word) {
-    if (word == "VmHWM:") status >> kilobytes;
-  }
-  return kilobytes / 1024;
-}
 
 // FNV-1a over the bytes of plain values.
 class Hasher {
@@ -169,7 +152,7 @@ Similarity<World, Map> align_umeyama(const std::vector<Eigen::Vector3d>& points_
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
                     const EvaluationRange& range) {
   Evaluation e;
-  forget_peak();
+  forget_peak_memory();
   e.sequence = sequence.name;
   e.degradation = range.degradation.name;
   CameraModel camera = degraded_camera(sequence.camera, range.degradation);
@@ -205,7 +188,7 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   }
   e.frames = static_cast<int>(e.answers.size());
   note_times(track_ms, job_ms, &e);
-  e.peak_mb = peak_mb();
+  e.peak_mb = peak_memory_mb();
   e.statistics = slam.statistics();
   e.warning = slam.warning();
   e.map = slam.stored_map();

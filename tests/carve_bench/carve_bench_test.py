@@ -70,6 +70,9 @@ class CarveBench(unittest.TestCase):
         values = json.loads(numbers.read_text(encoding="utf-8"))
         mean = sum(float(row["carve_ms"]) for row in rows[:-1]) / KEYFRAMES
         self.assertAlmostEqual(values["keyframe_ms_mean"], mean, delta=0.01 * mean)
+        # Its own memory, not that of whoever started it.
+        self.assertGreater(values["peak_mb"], 0.1)
+        self.assertLess(values["peak_mb"], 20)
 
     def test_draws_the_comparison(self):
         for name in ("s1k", "s3k"):
