@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "procs/carver/carver_impl.h"
-#include "procs/carver/evidence.h"
 #include "procs/carver/thinning.h"
 
 namespace foresight {
@@ -138,9 +137,7 @@ CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
   tracer.trace(map.staged.issued);
   thin();
   tracer.lists().take_changed();
-  for (const int32_t vertex : vertices.inserted()) {
-    vertices.report(vertex, evidence_at(map, vertices.records()[static_cast<size_t>(vertex)]));
-  }
+  refresh_evidence(vertices.inserted());
   finish();
   ++rebuilds;
   last_rebuild = reason;

@@ -12,7 +12,7 @@ CarvingVertex Carver::Impl::vertex_message(int32_t vertex) const {
   const carving::Point3& p = delaunay.complex().positions[static_cast<size_t>(vertex)];
   return {vertices.external_id(vertex),
           Eigen::Vector3d(p[0], p[1], p[2]).cast<float>(),  // exact: all are floats
-          evidence_at(map, vertices.records()[static_cast<size_t>(vertex)])};
+          vertices.records()[static_cast<size_t>(vertex)].evidence};
 }
 
 CarvingCell Carver::Impl::cell_message(int32_t cell) const {
@@ -30,6 +30,7 @@ CarvingCell Carver::Impl::cell_message(int32_t cell) const {
 CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change) {
   CarvingDelta delta;
   delta.cells_removed = change.destroyed;
+  delta.vertices_updated = refresh_evidence(vertices_of_changed_rays());
   for (const int32_t id : vertices.erased_ids()) {
     const int32_t point = map.find_point(id);
     const int32_t vertex = point < 0 ? -1 : map.points[static_cast<size_t>(point)].vertex;
@@ -39,7 +40,6 @@ CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change)
   for (const int32_t vertex : vertices.inserted()) {
     if (vertices.records()[static_cast<size_t>(vertex)].owner < 0) continue;
     delta.vertices_set.push_back(vertex_message(vertex));
-    vertices.report(vertex, delta.vertices_set.back().evidence);
   }
   for (const int32_t cell : change.created) delta.cells_added.push_back(cell_message(cell));
   auto& lists = tracer.lists();
@@ -48,14 +48,13 @@ CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change)
     delta.cells_updated.push_back(
         {cell, static_cast<int32_t>(lists.constraints(cell)), lists.votes(cell)});
   }
-  delta.vertices_updated = new_evidence();
   cells_replaced = static_cast<int64_t>(change.destroyed.size());
   return delta;
 }
 
-// Only where rays came or went can it have changed.
-std::vector<CarvingVertexUpdate> Carver::Impl::new_evidence() {
-  std::vector<int32_t> affected;
+// Only where rays came or went, and at new vertices, can it have changed.
+std::vector<int32_t> Carver::Impl::vertices_of_changed_rays() const {
+  std::vector<int32_t> affected = vertices.inserted();
   for (const carving::RetiredRay& ray : map.staged.retired) affected.push_back(ray.vertex);
   for (const int32_t ray : map.staged.issued) {
     const carving::RayRecord& record = map.rays[static_cast<size_t>(ray)];
@@ -64,14 +63,19 @@ std::vector<CarvingVertexUpdate> Carver::Impl::new_evidence() {
   }
   std::sort(affected.begin(), affected.end());
   affected.erase(std::unique(affected.begin(), affected.end()), affected.end());
+  return affected;
+}
+
+// Returns what receivers have to be told of the vertices that they know.
+std::vector<CarvingVertexUpdate> Carver::Impl::refresh_evidence(
+    const std::vector<int32_t>& affected) {
   std::vector<CarvingVertexUpdate> updates;
   for (const int32_t vertex : affected) {
-    const auto& record = vertices.records()[static_cast<size_t>(vertex)];
+    const carving::VertexRecord& record = vertices.records()[static_cast<size_t>(vertex)];
     if (record.owner < 0) continue;
-    const VertexEvidence evidence = evidence_at(map, record);
-    if (vertices.report(vertex, evidence)) {
-      updates.push_back({vertices.external_id(vertex), evidence});
-    }
+    const VertexEvidence before = record.evidence, now = evidence_at(map, record);
+    vertices.set_evidence(vertex, now);
+    if (now != before && !record.fresh) updates.push_back({vertices.external_id(vertex), now});
   }
   return updates;
 }

@@ -36,7 +36,8 @@ struct Carver::Impl {
   CarvingDelta update();
   CarvingDelta rebuild(RebuildReason reason);
   CarvingDelta net_delta(const carving::TriangulationChange& change);
-  std::vector<CarvingVertexUpdate> new_evidence();
+  std::vector<int32_t> vertices_of_changed_rays() const;
+  std::vector<CarvingVertexUpdate> refresh_evidence(const std::vector<int32_t>& affected);
   static CarvingDelta replacement(const CarvingDelta& before, CarvingDelta after);
   CarvingVertex vertex_message(int32_t vertex) const;
   CarvingCell cell_message(int32_t cell) const;

@@ -19,12 +19,6 @@ int32_t VertexRegister::external_id(int32_t vertex) const {
   return id_of(records_[static_cast<size_t>(vertex)].owner);
 }
 
-bool VertexRegister::report(int32_t vertex, const VertexEvidence& evidence) {
-  if (at(vertex).evidence == evidence) return false;
-  at(vertex).evidence = evidence;
-  return true;
-}
-
 int32_t VertexRegister::allocate() {
   if (free_.empty()) {
     records_.emplace_back();

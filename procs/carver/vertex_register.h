@@ -14,7 +14,7 @@ namespace foresight::carving {
 struct VertexRecord {
   int32_t owner = -1;               // point; −1 = a hull corner or unused
   bool fresh = false;               // inserted since the last `finish`
-  VertexEvidence evidence;          // as receivers know it
+  VertexEvidence evidence;          // up to date between deltas
   std::vector<int32_t> also_there;  // other points at the same position
 };
 
@@ -36,8 +36,9 @@ class VertexRegister {
   /// The id a receiver knows: the owner's, or −1…−8 for a hull corner.
   int32_t external_id(int32_t vertex) const;
   const std::vector<VertexRecord>& records() const { return records_; }
-  /// Whether the evidence is not what receivers know; then they know this.
-  bool report(int32_t vertex, const VertexEvidence& evidence);
+  void set_evidence(int32_t vertex, const VertexEvidence& evidence) {
+    at(vertex).evidence = evidence;
+  }
   int64_t live() const { return live_; }
 
  private:
