@@ -176,6 +176,10 @@ void WamControllerProcess::publish_state() {
   m.commands_stale = counts.stale;
   m.commands_refused = counts.refused;
   m.commands_limited = controller_->commands_limited();
+  m.velocity_limit_rad_per_s = params_.velocity_limit_rad_per_s;
+  m.acceleration_limit_rad_per_s2 = params_.acceleration_limit_rad_per_s2;
+  m.limit_margin_rad = params_.limit_margin_rad;
+  m.command_timeout_s = params_.command_timeout_s;
   m.period_jitter_p99_ms = static_cast<float>(jitter_.p99_ms(node_.now()));
   states_.publish(m);
 }
