@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/errors.h"
+#include "common/udpm_receiver.h"
 
 namespace foresight {
 namespace {
@@ -33,8 +34,8 @@ std::string default_url(Domain domain) {
                : "udpm://239.255.76.68:7668?ttl=0&recv_buf_size=4194304";
 }
 
-LcmBus::LcmBus(const std::string& url) {
-  lcm_ = lcm_create(url.c_str());
+LcmBus::LcmBus(const std::string& url)
+    : lcm_(lcm_create(url.c_str())), url_(url), is_udpm_(parse_udpm_url(url).has_value()) {
   if (lcm_ == nullptr) {
     throw UnavailableError("LCM " + url +
                            " cannot be opened: bad URL, or no multicast route on this host (run "
@@ -46,26 +47,47 @@ LcmBus::LcmBus(const std::string& url) {
 LcmBus::~LcmBus() { lcm_destroy(lcm_); }
 
 void LcmBus::subscribe(const std::string& channel, Receiver receiver) {
-  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{std::move(receiver)}));
+  auto& receivers = receivers_[channel];
+  receivers.push_back(std::move(receiver));
+  if (is_udpm_) {
+    if (!udpm_) udpm_ = std::make_unique<UdpmReceiver>(*parse_udpm_url(url_));
+    return udpm_->listen_to(channel);
+  }
+  if (receivers.size() > 1) return;
   const auto on_message = [](const lcm_recv_buf_t* buffer, const char* name, void* user) {
-    static_cast<Subscription*>(user)->receiver(
+    static_cast<LcmBus*>(user)->hand_on(
         name, {static_cast<const uint8_t*>(buffer->data), buffer->data_size});
   };
-  lcm_subscription_t* subscription =
-      lcm_subscribe(lcm_, channel.c_str(), on_message, subscriptions_.back().get());
-  // The library would drop the newest of 30; the host has queues of its own.
+  lcm_subscription_t* subscription = lcm_subscribe(lcm_, channel.c_str(), on_message, this);
+  // The library would drop the newest of 30.
   lcm_subscription_set_queue_capacity(subscription, 0);
+}
+
+void LcmBus::hand_on(const std::string& channel, std::span<const uint8_t> bytes) {
+  const auto found = receivers_.find(channel);
+  if (found == receivers_.end()) return;
+  for (const Receiver& receiver : found->second) receiver(bytes);
 }
 
 void LcmBus::publish(const std::string& channel, std::span<const uint8_t> bytes) {
   lcm_publish(lcm_, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size()));
 }
 
-int LcmBus::file_descriptor() const { return lcm_get_fileno(lcm_); }
+int LcmBus::file_descriptor() const {
+  if (is_udpm_) return udpm_ ? udpm_->file_descriptor() : -1;
+  return lcm_get_fileno(lcm_);
+}
+
+int64_t LcmBus::dropped() const { return udpm_ ? udpm_->dropped() : 0; }
 
 void LcmBus::receive() {
-  while (lcm_handle_timeout(lcm_, 0) > 0) {
+  if (!is_udpm_) {
+    while (lcm_handle_timeout(lcm_, 0) > 0) {
+    }
+    return;
   }
+  if (!udpm_) return;
+  for (const LcmMessage& message : udpm_->take()) hand_on(message.channel, message.bytes);
 }
 
 }  // namespace foresight

@@ -1,7 +1,10 @@
-// One LCM domain: opens it with a clear error, publishes bytes, hands received bytes on.
+// One LCM domain: opens it with a clear error, publishes bytes, hands received bytes on. Multicast
+// ("udpm://", what sites use) is received by our own common/udpm_receiver.h, everything else
+// ("memq://", which tests use) by liblcm.
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -13,8 +16,11 @@ struct _lcm_t;
 
 namespace foresight {
 
+class UdpmReceiver;
+
 /// The URL of a domain: $FORESIGHT_ROBOT_URL or $FORESIGHT_OPERATOR_URL, else loopback multicast
-/// with TTL 0. The two use different ports, because groups on one port leak into each other.
+/// with TTL 0. The two use different ports, because liblcm's groups on one port leak into each
+/// other.
 std::string default_url(Domain domain);
 
 class LcmBus {
@@ -25,23 +31,27 @@ class LcmBus {
   LcmBus(const LcmBus&) = delete;
   LcmBus& operator=(const LcmBus&) = delete;
 
-  using Receiver = std::function<void(const std::string& channel, std::span<const uint8_t>)>;
-  /// `channel` is a regular expression, anchored at both ends. All subscriptions are made before
-  /// the first receive().
+  using Receiver = std::function<void(std::span<const uint8_t>)>;
+  /// Throws UnavailableError when the bus cannot be listened to.
   void subscribe(const std::string& channel, Receiver receiver);
   void publish(const std::string& channel, std::span<const uint8_t> bytes);
+  /// Readable when something has arrived; −1 while nothing is subscribed.
   int file_descriptor() const;
-  /// Hands on everything that has arrived, without waiting.
+  /// Hands on what has arrived until now, without waiting.
   void receive();
   /// One line when the kernel gives less socket buffer than the URL asks for, else empty.
   const std::string& complaint() const { return complaint_; }
+  /// Messages that were dropped because this process does not keep up with what it hears.
+  int64_t dropped() const;
 
  private:
-  struct Subscription {
-    Receiver receiver;
-  };
+  void hand_on(const std::string& channel, std::span<const uint8_t> bytes);
+
   _lcm_t* lcm_ = nullptr;
-  std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  std::string url_;
+  std::map<std::string, std::vector<Receiver>> receivers_;  // by channel
+  std::unique_ptr<UdpmReceiver> udpm_;                      // from the first subscription on
+  bool is_udpm_ = false;
   std::string complaint_;
 };
 

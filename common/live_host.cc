@@ -10,9 +10,11 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <utility>
 
 #include "common/check.h"
 #include "common/message_check.h"
+#include "common/realtime.h"
 #include "foresight/sim_clock_t.hpp"
 
 namespace foresight {
@@ -41,11 +43,30 @@ constexpr int kWorkerNice = 5;
 
 // A published clock that says nothing for so long has stopped.
 constexpr int64_t kClockSilence_us = 1'000'000;
+// Between two messages a world goes on by at most this, and what its fastest pace makes of the time
+// that has passed here (sim's parameter speed).
+constexpr Duration kClockStep = milliseconds(20);
+constexpr int64_t kLargestClockPace = 100;
+constexpr int64_t kLatestClock_us = 4'102'444'800'000'000;  // the year 2100
+constexpr int kMessagesAfterSilence = 3, kMessagesOfANewClock = 50;
+constexpr int64_t kDispute_us = 2'000'000;
+
+// Messages are handled for so long, then timers have their turn.
+constexpr int64_t kHandling_us = 50'000;
+// The wall clock is set when it is off by more than this from what it was.
+constexpr int64_t kWallStep_us = 1'000;
+constexpr int64_t kDropsAreNews_us = 5'000'000;
 
 // Timers must fire in spite of a stepping wall clock; messages carry the wall clock.
 int64_t monotonic_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
              std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+int64_t wall_clock_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
       .count();
 }
 
@@ -103,25 +124,46 @@ std::function<void()> Worker::take_result() {
   return result;
 }
 
+bool PublishedClock::Stream::continues_with(Time time, int64_t now_us) const {
+  const Duration step = time - newest;
+  const Duration largest = kClockStep + microseconds(now_us - monotonic_us) * kLargestClockPace;
+  return count > 0 && step.us >= 0 && step <= largest;
+}
+
+void PublishedClock::take(Stream* stream, Time time, int64_t monotonic_us) {
+  *stream = {time, monotonic_us, std::min(stream->count + 1, kMessagesOfANewClock)};
+}
+
 void PublishedClock::on_message(std::span<const uint8_t> bytes, int64_t monotonic_us) {
   const auto message = decode_checked<sim_clock_t>(bytes);
-  if (!message) {
+  if (!message || message->utime < 0 || message->utime > kLatestClock_us) {
     ++rejected_;
     return;
   }
-  has_begun_ = true;
-  newest_ = {message->utime};
-  newest_monotonic_us_ = monotonic_us;
+  const Time time{message->utime};
+  if (present_.count == 0 || present_.continues_with(time, monotonic_us)) {
+    candidate_ = {};
+    return take(&present_, time, monotonic_us);
+  }
+  disputed_us_ = monotonic_us;
+  if (!candidate_.continues_with(time, monotonic_us)) candidate_ = {};
+  take(&candidate_, time, monotonic_us);
+  const int needed = is_silent(monotonic_us) ? kMessagesAfterSilence : kMessagesOfANewClock;
+  if (candidate_.count >= needed) present_ = std::exchange(candidate_, {});
 }
 
 bool PublishedClock::is_silent(int64_t monotonic_us) const {
-  return !has_begun_ || monotonic_us - newest_monotonic_us_ > kClockSilence_us;
+  return present_.count == 0 || monotonic_us - present_.monotonic_us > kClockSilence_us;
+}
+
+bool PublishedClock::is_disputed(int64_t monotonic_us) const {
+  return disputed_us_ > 0 && monotonic_us - disputed_us_ < kDispute_us;
 }
 
 Time PublishedClock::now(Time wall, int64_t monotonic_us) const {
-  if (!has_begun_) return wall;
-  const int64_t silence_us = monotonic_us - newest_monotonic_us_ - kClockSilence_us;
-  return newest_ + microseconds(std::max<int64_t>(0, silence_us));
+  if (present_.count == 0) return wall;
+  const int64_t silence_us = monotonic_us - present_.monotonic_us - kClockSilence_us;
+  return present_.newest + microseconds(std::max<int64_t>(0, silence_us));
 }
 
 LiveHost::LiveHost(std::string robot_url, std::string operator_url)
@@ -139,15 +181,13 @@ LcmBus& LiveHost::bus(Domain domain) {
 
 void LiveHost::follow_published_clock(Domain domain) {
   clock_ = std::make_unique<PublishedClock>();
-  bus(domain).subscribe("CLOCK", [this](const std::string&, auto bytes) {
+  bus(domain).subscribe("CLOCK", [this](auto bytes) {
     keep_timers([&] { clock_->on_message(bytes, monotonic_us()); });
   });
 }
 
 Time LiveHost::now() const {
-  const Time wall{std::chrono::duration_cast<std::chrono::microseconds>(
-                      std::chrono::system_clock::now().time_since_epoch())
-                      .count()};
+  const Time wall{wall_clock_us()};
   return clock_ ? clock_->now(wall, monotonic_us()) : wall;
 }
 
@@ -180,7 +220,7 @@ void LiveHost::subscribe(Domain domain, const std::string& channel, Queue queue,
   subscriptions_.push_back(
       std::make_unique<Subscription>(Subscription{std::move(handler), queue, skipped}));
   Subscription* subscription = subscriptions_.back().get();
-  bus(domain).subscribe(channel, [this, subscription](const std::string&, auto bytes) {
+  bus(domain).subscribe(channel, [this, subscription](auto bytes) {
     inbox_.push_back({subscription, {bytes.begin(), bytes.end()}});
     ++subscription->waiting;
   });
@@ -191,8 +231,21 @@ void LiveHost::call_every(Duration period, std::function<void()> call) {
                 std::make_shared<std::function<void()>>(std::move(call))});
 }
 
+// Monotonic − wall clock, the same for all calls until somebody sets the wall clock: of two
+// instants the earlier one is then the earlier timer, too.
+int64_t LiveHost::wall_offset_us() {
+  const int64_t before_us = monotonic_us();
+  const int64_t wall_us = wall_clock_us();
+  const int64_t after_us = monotonic_us();
+  // The offset lies between these two, far apart when this thread was held up between the readings.
+  const bool fits = before_us - wall_us <= wall_offset_us_ + kWallStep_us &&
+                    after_us - wall_us >= wall_offset_us_ - kWallStep_us;
+  if (!fits) wall_offset_us_ = before_us - wall_us;
+  return wall_offset_us_;
+}
+
 void LiveHost::call_at(Time time, std::function<void()> call) {
-  const int64_t due = timer_us() + (time - now()).us;
+  const int64_t due = clock_ ? time.us : time.us + wall_offset_us();
   timers_.push(
       {due, timer_order_++, {0}, std::make_shared<std::function<void()>>(std::move(call))});
 }
@@ -224,20 +277,35 @@ std::string LiveHost::complaint() const {
     if (bus && !bus->complaint().empty()) return bus->complaint();
   }
   if (clock_ && clock_->is_silent(monotonic_us())) return "no CLOCK: does sim run?";
+  if (clock_ && clock_->is_disputed(monotonic_us())) {
+    return "CLOCK from another world, not followed: are there two of sim, or is a log played?";
+  }
+  if (has_lost_real_time()) {
+    return "computed for half a second without a pause: real-time scheduling given up";
+  }
+  if (dropped_us_ > 0 && monotonic_us() - dropped_us_ < kDropsAreNews_us) {
+    return "too slow for what it hears: " + std::to_string(dropped_) + " messages dropped so far";
+  }
   return {};
 }
 
 void LiveHost::receive() {
+  int64_t dropped = 0;
   for (auto& bus : buses_) {
-    if (bus) bus->receive();
+    if (!bus) continue;
+    bus->receive();
+    dropped += bus->dropped();
   }
+  if (dropped > dropped_) dropped_us_ = monotonic_us();
+  dropped_ = dropped;
 }
 
 // Everything that has arrived, before the timers: then even a loop whose timers take all the time
 // handles the newest message of each channel once a pass, and a slow timer (drawing) works on the
-// newest.
+// newest. But not for ever: timers go on when more arrives than can be handled.
 void LiveHost::handle_arrivals() {
-  for (size_t count = inbox_.size(); count > 0 && !stopping_ && g_signalled == 0; --count) {
+  const int64_t end_us = monotonic_us() + kHandling_us;
+  while (!inbox_.empty() && !stopping_ && g_signalled == 0 && monotonic_us() < end_us) {
     const Arrival arrival = std::move(inbox_.front());
     inbox_.pop_front();
     Subscription& subscription = *arrival.subscription;
@@ -285,7 +353,7 @@ void LiveHost::wait() {
 
 int LiveHost::run() {
   while (!stopping_ && g_signalled == 0) {
-    receive();
+    if (inbox_.empty()) receive();  // what waits longer is bounded by the bus
     handle_arrivals();
     if (worker_) {
       if (auto result = worker_->take_result()) result();

@@ -46,19 +46,33 @@ enum class ClockSource : uint8_t { kWall, kPublished };
 
 /// The time of a world that publishes it. Until the first CLOCK it is the wall clock; when CLOCK
 /// falls silent it goes on at the wall clock's pace, so that health and time-outs still work.
+///
+/// A world's clock goes on in small steps. A message that does not continue the present stream is
+/// not believed; but when what came instead continues itself, and the present stream has said
+/// nothing meanwhile, the world was started anew and its clock is taken: after 3 messages when the
+/// present stream has been silent for a second, else after 50 (a tenth of a second).
 class PublishedClock {
  public:
-  /// A message on CLOCK; wrong ones are counted and ignored.
+  /// A message on CLOCK; one that is no CLOCK is counted and ignored.
   void on_message(std::span<const uint8_t> bytes, int64_t monotonic_us);
   /// `wall` and `monotonic_us` are those of now.
   Time now(Time wall, int64_t monotonic_us) const;
   bool is_silent(int64_t monotonic_us) const;
   int64_t rejected() const { return rejected_; }
+  /// Messages that did not continue the stream that is believed came within the last two seconds.
+  bool is_disputed(int64_t monotonic_us) const;
 
  private:
-  bool has_begun_ = false;
-  Time newest_;
-  int64_t newest_monotonic_us_ = 0, rejected_ = 0;
+  struct Stream {
+    Time newest;
+    int64_t monotonic_us = 0;
+    int count = 0;  // messages, each of which continues the one before; 0: none
+    bool continues_with(Time time, int64_t monotonic_us) const;
+  };
+  void take(Stream* stream, Time time, int64_t monotonic_us);
+
+  Stream present_, candidate_;
+  int64_t disputed_us_ = 0, rejected_ = 0;
 };
 
 class LiveHost : public Host {
@@ -106,6 +120,7 @@ class LiveHost : public Host {
 
   LcmBus& bus(Domain domain);
   int64_t timer_us() const;
+  int64_t wall_offset_us();
   void keep_timers(const std::function<void()>& change_of_clock);
   void receive();
   void handle_arrivals();
@@ -119,6 +134,8 @@ class LiveHost : public Host {
   std::unique_ptr<PublishedClock> clock_;  // none: the wall clock
   std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
   int64_t timer_order_ = 0;
+  int64_t wall_offset_us_ = 0;            // monotonic − wall clock
+  int64_t dropped_ = 0, dropped_us_ = 0;  // by the buses; when there were some last
   std::unique_ptr<Worker> worker_;
   bool stopping_ = false;
   int exit_code_ = 0;

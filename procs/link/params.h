@@ -13,6 +13,7 @@ struct LinkParams {
   std::string to_operator_channels =
       "CAMERA_INFO VIEW MESH JOINT_STATE CONTROLLER_STATE ALIGNMENT BASE_POSE HEALTH";
   std::string to_robot_channels = "JOINT_COMMAND SNAPSHOT_REQUEST SLAM_COMMAND";
+  double queue_limit_mb = 128;
   int seed = 1;
   bool realtime = true;
 
@@ -32,6 +33,11 @@ struct LinkParams {
       {.doc = "channels passed from the robot's to the operator's site, separated by spaces"});
     v("to_robot_channels", to_robot_channels,
       {.doc = "channels passed from the operator's to the robot's site"});
+    v("queue_limit_mb", queue_limit_mb,
+      {.unit = "MB",
+       .min = 0.001,
+       .max = 1e5,
+       .doc = "of messages under way in a direction; beyond it what arrives is dropped"});
     v("seed", seed, {.unit = "1", .min = 0, .max = 2e9, .doc = "of jitter, loss and re-ordering"});
     v("realtime", realtime,
       {.doc = "real-time scheduling where it is permitted: delays stay exact under load"});

@@ -14,7 +14,9 @@
 namespace foresight {
 
 /// Connects the two sites with a shaped delay, loss, order and rate (the paper's channel, §II-D).
-/// It passes bytes without reading them: names and time-stamps are the same on both sides.
+/// It passes bytes without reading them: names and time-stamps are the same on both sides. What is
+/// under way is bounded in memory; beyond it, messages are dropped as they arrive, and health says
+/// so.
 class LinkProcess : public Process {
  public:
   using Params = LinkParams;
@@ -25,9 +27,27 @@ class LinkProcess : public Process {
   void start() override;
 
  private:
+  struct Flow;
+  struct Message {
+    Flow* flow = nullptr;
+    std::vector<uint8_t> bytes;
+    Time arrival, planned;
+    int64_t sequence = 0;  // within the flow
+  };
+  struct Direction {
+    Direction(std::string name_in, const ShaperOptions& options, uint32_t seed)
+        : name(std::move(name_in)), shaper(options, seed) {}
+    std::string name;
+    Shaper shaper;
+    std::deque<Message> in_order;  // under way, by departure
+    int64_t departed = 0;          // of in_order, since the start
+    int64_t waiting_bytes = 0;     // of all that is under way
+    int64_t overflowed = 0;
+    Time overflowed_at;
+  };
   struct Flow {
     std::string channel;
-    Shaper* shaper = nullptr;
+    Direction* direction = nullptr;
     bool to_operator = false;
     PortRecord* output = nullptr;
     int64_t forwarded = 0, lost = 0, rate_dropped = 0, reordered = 0, sequence = 0, newest_sent = 0;
@@ -36,17 +56,22 @@ class LinkProcess : public Process {
     Duration delay_sum{0}, worst_error{0};
     int64_t delay_count = 0;
   };
-  void connect(const std::string& channels, Domain from, Shaper* shaper);
+  void connect(const std::string& channels, Domain from, Direction* direction);
   void on_message(Flow* flow, std::span<const uint8_t> bytes);
-  void depart(Flow* flow, const std::vector<uint8_t>& bytes, Time arrival, Time planned,
-              int64_t sequence);
+  bool overflows(Direction* direction, size_t bytes);
+  void depart_in_order(Direction* direction, int64_t count);
+  void depart(Direction* direction, const Message& message);
+  void watch();
+  void report();
   void publish_stats();
 
   Node& node_;
-  bool realtime_;
-  Shaper to_operator_, to_robot_;
+  LinkParams params_;
+  Direction to_operator_, to_robot_;
   std::deque<Flow> flows_;  // addresses stay valid
   std::vector<Publisher<link_stats_t>> stats_;
+  Time watched_at_, stalled_at_;
+  Duration stall_{0};
 };
 
 }  // namespace foresight

@@ -2,7 +2,10 @@
 #include "common/live_host.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -11,12 +14,19 @@
 
 #include "common/errors.h"
 #include "common/node.h"
+#include "common/realtime.h"
 #include "foresight/sim_clock_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "tests/common/files.h"
 
 namespace foresight {
 namespace {
+
+sim_clock_t clock_message(int64_t utime) {
+  sim_clock_t message{};
+  message.utime = utime;
+  return message;
+}
 
 // One LCM instance per domain in this process: what is published comes back.
 class LiveHostTest : public testing::Test {
@@ -188,6 +198,60 @@ TEST_F(LiveHostTest, RunReturnsOnlyWhenTheJobHasEnded) {
   EXPECT_TRUE(ended);
 }
 
+// Timers, of a host whose clock a stranger pushes about.
+TEST_F(LiveHostTest, TimersGoOnWhateverComesOnClock) {
+  host_.follow_published_clock(Domain::kRobot);
+  Node node("n", host_, {});
+  auto clock = node.advertise<sim_clock_t>({.channel = "CLOCK"});
+  int ticks = 0, published = 0;
+  host_.call_every(milliseconds(10), [&] { ++ticks; });
+  node.subscribe<sim_clock_t>({.channel = "CLOCK"}, Queue::kAll, [&](const sim_clock_t& m) {
+    if (m.utime != 5'000'000 + 1000 * published) return;  // a forged one
+    if (++published == 200) return host_.stop(0);
+    if (published % 50 == 0) clock.publish(clock_message(INT64_MAX));
+    if (published % 50 == 25) clock.publish(clock_message(1'000'000));
+    clock.publish(clock_message(5'000'000 + 1000 * published));
+  });
+  clock.publish(clock_message(5'000'000));
+  stop_after(seconds(3600));
+  host_.run();
+  EXPECT_EQ(published, 200);
+  EXPECT_NEAR(ticks, 19, 2) << "in 199 ms of the world's time";
+}
+
+TEST_F(LiveHostTest, TimersHaveTheirTurnWhileMoreArrivesThanCanBeHandled) {
+  Node node("n", host_, {});
+  auto out = node.advertise<slam_command_t>({.channel = "C"});
+  int handled = 0, ticks = 0, handled_at_first_tick = 0;
+  node.subscribe<slam_command_t>({.channel = "C"}, Queue::kAll, [&](const slam_command_t&) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (++handled == 100) host_.stop(0);
+  });
+  for (int i = 0; i < 100; ++i) out.publish({});
+  host_.call_every(milliseconds(10), [&] {
+    if (++ticks == 1) handled_at_first_tick = handled;
+  });
+  host_.run();
+  EXPECT_EQ(handled, 100) << "and nothing is lost";
+  EXPECT_LT(handled_at_first_tick, 60);
+  EXPECT_GT(handled_at_first_tick, 0);
+}
+
+// Many instants a microsecond apart, scheduled while the machine holds this thread up.
+TEST_F(LiveHostTest, AnEarlierInstantIsAnEarlierTimer) {
+  std::vector<int> order;
+  const Time begin = host_.now() + milliseconds(300);
+  for (int i = 0; i < 2000; ++i) {
+    if (i % 100 == 0) std::this_thread::sleep_for(std::chrono::microseconds(300));
+    host_.call_at(begin + microseconds(i / 10), [&order, i] { order.push_back(i); });
+  }
+  stop_after(seconds(1));
+  host_.run();
+  EXPECT_EQ(order.size(), 2000u);
+  EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
+}
+
+// The last one: what was signalled to this process stays so.
 TEST_F(LiveHostTest, SignalsEndItCleanly) {
   for (const int signal : {SIGINT, SIGTERM}) {
     LiveHost host("memq://", "memq://");
@@ -200,12 +264,6 @@ TEST(LcmBus, SaysWhatMendsABadUrl) {
   const std::string line = error_of<UnavailableError>([] { LcmBus bus("nonsense://"); });
   EXPECT_NE(line.find("nonsense://"), std::string::npos);
   EXPECT_NE(line.find("scripts/setup --network"), std::string::npos);
-}
-
-sim_clock_t clock_message(int64_t utime) {
-  sim_clock_t message{};
-  message.utime = utime;
-  return message;
 }
 
 TEST(PublishedClock, FallsBackToThePaceOfTheWallWhenItIsSilent) {
@@ -228,6 +286,92 @@ TEST(PublishedClock, IgnoresWhatIsNoClock) {
   clock.on_message(encode(slam_command_t{}), 2);
   EXPECT_EQ(clock.rejected(), 2);
   EXPECT_EQ(clock.now({}, 3).us, 3'000'000);
+}
+
+// A clock that gets its world's messages every 2 ms, and what a stranger sends between them.
+class DisputedClock : public testing::Test {
+ protected:
+  void go_on(Duration duration) {
+    for (const int64_t end_us = here_us_ + duration.us; here_us_ < end_us;) {
+      here_us_ += 2000;
+      world_us_ += 2000;
+      clock_.on_message(encode(clock_message(world_us_)), here_us_);
+    }
+  }
+  void forge(int64_t utime) { clock_.on_message(encode(clock_message(utime)), here_us_); }
+  int64_t now_us() const { return clock_.now({}, here_us_).us; }
+
+  PublishedClock clock_;
+  int64_t here_us_ = 50'000'000, world_us_ = 1'700'000'000'000'000;
+};
+
+TEST_F(DisputedClock, AStepThatNoWorldMakesIsNotBelieved) {
+  go_on(seconds(1));
+  for (const int64_t utime :
+       {INT64_MAX, INT64_MIN, int64_t{-1}, int64_t{0}, int64_t{5'000'000}, world_us_ + 1'000'000,
+        world_us_ - 1'000'000, world_us_ + 3'600'000'000, int64_t{4'000'000'000'000'000}}) {
+    forge(utime);
+    EXPECT_EQ(now_us(), world_us_) << utime;
+    go_on(milliseconds(10));
+    EXPECT_EQ(now_us(), world_us_) << utime;
+  }
+  EXPECT_TRUE(clock_.is_disputed(here_us_));
+  go_on(seconds(3));
+  EXPECT_FALSE(clock_.is_disputed(here_us_));
+}
+
+TEST_F(DisputedClock, ALogThatIsPlayedBesideTheWorldIsNotFollowed) {
+  go_on(seconds(1));
+  for (int64_t played_us = world_us_ - 600'000'000, i = 0; i < 5000; ++i) {
+    forge(played_us += 2000);
+    go_on(milliseconds(2));
+    ASSERT_EQ(now_us(), world_us_);
+  }
+}
+
+TEST_F(DisputedClock, ASmallForgedStepIsForgottenInATenthOfASecond) {
+  go_on(seconds(1));
+  forge(world_us_ + 15'000);
+  go_on(milliseconds(110));
+  EXPECT_EQ(now_us(), world_us_);
+}
+
+TEST_F(DisputedClock, AFirstMessageOfAStrangerYieldsToTheWorld) {
+  forge(4'000'000'000'000'000);
+  go_on(milliseconds(110));
+  EXPECT_EQ(now_us(), world_us_);
+}
+
+TEST_F(DisputedClock, AWorldThatIsStartedAnewIsFollowed) {
+  go_on(seconds(1));
+  here_us_ += 2'000'000;
+  world_us_ = 1'600'000'000'000'000;
+  go_on(milliseconds(6));
+  EXPECT_EQ(now_us(), world_us_);
+}
+
+TEST_F(DisputedClock, AProcessThatWasStoppedCatchesUp) {
+  go_on(seconds(1));
+  here_us_ += 5'000'000;  // messages of five seconds were lost
+  world_us_ += 5'000'000;
+  go_on(milliseconds(2));
+  EXPECT_EQ(now_us(), world_us_);
+}
+
+TEST(RealTime, IsGivenUpByWhatSpins) {
+  const pid_t child = fork();
+  if (child == 0) {
+    if (!schedule_in_real_time(1)) _exit(2);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!has_lost_real_time() && std::chrono::steady_clock::now() < end) {
+    }
+    _exit(has_lost_real_time() && sched_getscheduler(0) == SCHED_OTHER ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == 2) GTEST_SKIP() << "no right to real-time scheduling";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 }  // namespace

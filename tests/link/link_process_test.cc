@@ -1,6 +1,10 @@
-// The link between two simulated domains.
+// The link between two simulated domains, and on this machine's clock.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <thread>
+
+#include "common/live_host.h"
 #include "common/simulation.h"
 #include "foresight/health_t.hpp"
 #include "procs/link/process.h"
@@ -20,6 +24,9 @@ class LinkProcessTest : public testing::Test {
         });
       }
     }
+    world_.listen(Domain::kOperator, "HEALTH", [this](auto bytes) {
+      ASSERT_GT(health_.decode(bytes.data(), 0, static_cast<int>(bytes.size())), 0);
+    });
     world_.listen(Domain::kOperator, "LINK_STATS", [this](auto bytes) {
       ASSERT_GT(stats_.decode(bytes.data(), 0, static_cast<int>(bytes.size())), 0);
     });
@@ -40,6 +47,7 @@ class LinkProcessTest : public testing::Test {
     std::vector<uint8_t> bytes;
     Time time;
   };
+  health_t health_{};
   Simulation world_{Time{1'000'000}};
   std::vector<Arrival> arrivals_;
   link_stats_t stats_{};
@@ -134,6 +142,74 @@ TEST_F(LinkProcessTest, CarriesTheRobotsHealthButReportsItsOwnInBothDomains) {
   });
   world_.run_until(world_.now() + seconds(5.5));
   EXPECT_GE(own, 5);
+}
+
+TEST_F(LinkProcessTest, WhatIsUnderWayIsBounded) {
+  LinkParams params;
+  params.to_operator.delay_s = 60;
+  params.queue_limit_mb = 1;
+  start(params);
+  for (int i = 0; i < 5000; ++i) send(Domain::kRobot, "VIEW", std::vector<uint8_t>(1000));
+  send(Domain::kOperator, "SLAM_COMMAND", {1});
+  world_.run_until(world_.now() + seconds(2));
+  EXPECT_NEAR(flow("VIEW").queued, 800, 10);
+  EXPECT_EQ(flow("VIEW").queued + flow("VIEW").rate_dropped, 5000);
+  EXPECT_EQ(arrivals_.back().domain, Domain::kRobot) << "the other direction is free";
+  EXPECT_EQ(health_.state, int{health_t::STATE_DEGRADED});
+  EXPECT_NE(health_.reason.find("to_operator: more than queue_limit_mb"), std::string::npos)
+      << health_.reason;
+  world_.run_until(world_.now() + seconds(61));
+  EXPECT_EQ(flow("VIEW").queued, 0);
+  EXPECT_EQ(health_.state, int{health_t::STATE_OK}) << health_.reason;
+}
+
+// Bursts through a link on a real clock, whose departures are microseconds apart.
+TEST(LinkOnAMachine, KeepsTheOrderOfBursts) {
+  LiveHost host("memq://", "memq://");
+  Node node("link", host, {});
+  LinkParams params;
+  params.to_operator = {.delay_s = 0.05, .jitter_s = 0.002};
+  params.realtime = false;
+  LinkProcess link(node, params);
+  link.start();
+  std::vector<int> order;
+  Node ends("ends", host, {});
+  ends.subscribe_raw({.channel = "VIEW", .domain = Domain::kOperator}, Queue::kAll,
+                     [&](auto bytes) {
+                       order.push_back(bytes[0] * 256 + bytes[1]);
+                       if (order.size() == 3000) host.stop(0);
+                     });
+  int sent = 0;
+  host.call_every(milliseconds(1), [&] {
+    for (int i = 0; i < 30 && sent < 3000; ++i, ++sent) {
+      host.publish(Domain::kRobot, "VIEW",
+                   std::vector{static_cast<uint8_t>(sent / 256), static_cast<uint8_t>(sent % 256)});
+    }
+  });
+  host.call_at(host.now() + seconds(60), [&] { host.stop(1); });
+  EXPECT_EQ(host.run(), 0);
+  EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
+}
+
+// A loop that stands still, as one of a stopped process does.
+TEST(LinkOnAMachine, SaysThatItStoodStill) {
+  LiveHost host("memq://", "memq://");
+  Node node("link", host, {Domain::kRobot});
+  LinkParams params;
+  params.realtime = false;
+  LinkProcess link(node, params);
+  link.start();
+  Node ends("ends", host, {});
+  std::string reason;
+  ends.subscribe<health_t>({.channel = "HEALTH"}, Queue::kAll, [&](const health_t& m) {
+    reason = m.reason;
+    if (m.state == health_t::STATE_DEGRADED) host.stop(0);
+  });
+  host.call_at(host.now() + milliseconds(200),
+               [] { std::this_thread::sleep_for(std::chrono::milliseconds(400)); });
+  host.call_at(host.now() + seconds(60), [&] { host.stop(1); });
+  EXPECT_EQ(host.run(), 0);
+  EXPECT_TRUE(reason.starts_with("stood still for 0.")) << reason;
 }
 
 }  // namespace
