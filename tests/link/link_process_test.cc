@@ -158,7 +158,7 @@ TEST_F(LinkProcessTest, WhatIsUnderWayIsBounded) {
   EXPECT_EQ(health_.state, int{health_t::STATE_DEGRADED});
   EXPECT_NE(health_.reason.find("to_operator: more than queue_limit_mb"), std::string::npos)
       << health_.reason;
-  world_.run_until(world_.now() + seconds(61));
+  world_.run_until(world_.now() + seconds(80));
   EXPECT_EQ(flow("VIEW").queued, 0);
   EXPECT_EQ(health_.state, int{health_t::STATE_OK}) << health_.reason;
 }
