@@ -9,11 +9,15 @@
 // The reference depends on the admitted commands and their arrival times alone, not on when steps
 // happen, so that JointReference in another process repeats it. States and who changes them:
 //
-//   idle ──board ACTIVE──► holding ──engaged command──► following ──time-out, let go──► stopping
-//    ▲ board not ACTIVE,      ▲ reference at rest ◄──────────────────────────────────────┘
-//    └ no encoders            (engaged commands lead from stopping to following, too)
+//   idle ──board ACTIVE──► holding ──fresh engage──► following ──time-out, let go──► stopping
+//    ▲ board not ACTIVE,      ▲ reference at rest ◄───────────────────────────────────┘
+//    └ no encoders            (a fresh engage leads from stopping to following, too)
 //   any ──board's fault; encoder jump or large tracking error while active──► fault
 //   fault ──board was IDLE and is ACTIVE again──► holding
+//
+// A fresh engage (command_gate.h): nobody drives, and the sender was seen let go since the arm
+// became active and since its commands were last silent. So nothing that was pressed before a
+// start, an E-STOP, a fault or a gap moves the arm after it: let go, and press again.
 //
 // Torques are zero in idle and fault. on_command() and step() neither allocate nor throw.
 #pragma once
@@ -30,7 +34,7 @@ namespace foresight {
 struct ControllerOptions {
   MotionLimits motion_limits;           // of the reference: rad/s, rad/s²
   double limit_margin_rad = 0.05;       // targets stay this far inside the joint limits
-  Duration command_timeout{500'000};    // without commands for this long it ramps down
+  Duration command_timeout{500'000};    // the driver's lease: silent for longer, it ramps down
   Duration command_max_age{2'000'000};  // older ones are dropped
   Duration encoder_timeout{100'000};    // without encoders for this long it is idle
   double encoder_jump_rad_per_s = 20;   // joints cannot be faster: the encoder has jumped
@@ -50,6 +54,7 @@ enum class ArmReason : uint8_t {
   kNoCommandYet,
   kCommandsEnded,
   kLetGo,
+  kNeedsRelease,
   kEncoderJump,
   kTrackingError,
   kSafetyFault,
@@ -71,7 +76,7 @@ struct ArmSnapshot {
   JointVector position_rad, velocity_rad_per_s;
   JointMotion reference;
   JointVector target_rad;
-  Time command_time, command_arrival;  // 0: none yet
+  Time command_time, command_arrival;  // of the newest one dealt with; 0: none yet
 };
 
 class ArmController {
@@ -86,7 +91,8 @@ class ArmController {
   void on_time(Time now);
 
   const ArmStatus& status() const { return status_; }
-  const CommandCounts& counts() const { return gate_.counts(); }
+  /// Who drives, and what became of the commands.
+  const CommandGate& gate() const { return gate_; }
   int64_t commands_limited() const { return commands_limited_; }
   /// Of the last reading; reference and target are the measured position unless active.
   ArmSnapshot snapshot() const;
@@ -98,8 +104,10 @@ class ArmController {
   void enter(ArmState state, ArmReason reason, int joint = -1);
   void fail(ArmReason reason, int joint);
   void expire(Time now);
+  void heed(Time arrival, const ArmCommand& command);
   void follow(Time arrival, const JointVector& target_rad);
   bool take_encoders(const ArmReading& reading);
+  bool is_another_stream(Time reading);
   void heed_safety(const ArmReading& reading);
   void activate();
   void control();
@@ -116,6 +124,8 @@ class ArmController {
   bool board_was_idle_ = false;  // since the fault
   bool has_reading_ = false;
   Time time_;        // of the last reading
+  Time older_time_;  // of the last one that was older than that
+  int older_in_a_row_ = 0;
   double dt_s_ = 0;  // before it
   Time command_time_, command_arrival_;
   int64_t commands_limited_ = 0;

@@ -121,7 +121,8 @@ void WamControllerProcess::start_realtime() {
 }
 
 void WamControllerProcess::on_command(const joint_command_t& message) {
-  [[maybe_unused]] const auto verdict = controller_->on_command(node_.now(), read(message));
+  const ArmCommand command = read(message);
+  watch_.on_command(node_.now(), command, controller_->on_command(node_.now(), command));
   report_change();
 }
 
@@ -145,13 +146,27 @@ void WamControllerProcess::step() {
 
 void WamControllerProcess::on_timer() {
   controller_->on_time(node_.now());
-  report_change();
+  watch_.on_time(node_.now(), malformed_commands());
   publish_state();
+  report_health();
   set_metrics();
 }
 
+// Datagrams that are no command at all (NaN, say) never get as far as the controller.
+int64_t WamControllerProcess::malformed_commands() const {
+  for (const PortRecord& port : node_.ports()) {
+    if (port.is_input && port.spec.channel == "JOINT_COMMAND") return port.rejected;
+  }
+  return 0;
+}
+
+WamControllerProcess::Reported WamControllerProcess::present() const {
+  const CommandGate& gate = controller_->gate();
+  return {controller_->status(), gate.driver_session(), gate.needs_release()};
+}
+
 void WamControllerProcess::report_change() {
-  if (controller_->status() == reported_) return;
+  if (present() == reported_) return;
   publish_state();
   report_health();
 }
@@ -165,16 +180,19 @@ std::string WamControllerProcess::reason() const {
 }
 
 void WamControllerProcess::publish_state() {
-  reported_ = controller_->status();
-  const CommandCounts& counts = controller_->counts();
+  reported_ = present();
+  const CommandGate& gate = controller_->gate();
   controller_state_t m{};
   m.utime = node_.now().us;
-  m.state = static_cast<int8_t>(reported_.state);
+  m.state = static_cast<int8_t>(reported_.status.state);
   m.reason = reason();
-  m.commands_accepted = counts.accepted;
-  m.commands_out_of_order = counts.out_of_order;
-  m.commands_stale = counts.stale;
-  m.commands_refused = counts.refused;
+  m.driver_session = reported_.driver_session;
+  m.needs_release = reported_.needs_release ? 1 : 0;
+  m.commands_accepted = gate.count(CommandVerdict::kAccepted);
+  m.commands_out_of_order = gate.count(CommandVerdict::kOutOfOrder);
+  m.commands_stale = gate.count(CommandVerdict::kStale);
+  m.commands_refused = gate.count(CommandVerdict::kMisshapen) + gate.count(CommandVerdict::kAhead);
+  m.commands_of_others = gate.count(CommandVerdict::kOfOthers);
   m.commands_limited = controller_->commands_limited();
   m.velocity_limit_rad_per_s = params_.velocity_limit_rad_per_s;
   m.acceleration_limit_rad_per_s2 = params_.acceleration_limit_rad_per_s2;
@@ -199,15 +217,23 @@ void WamControllerProcess::publish_joints() {
   joint_states_.publish(m);
 }
 
+// What is said of commands concerns an arm that could move.
 void WamControllerProcess::report_health() {
   const ArmState state = controller_->status().state;
   if (state == ArmState::kIdle) return node_.set_state(ProcessState::kWaiting, reason());
   if (state == ArmState::kFault) return node_.set_state(ProcessState::kDegraded, reason());
+  if (!watch_.complaint().empty()) {
+    return node_.set_state(ProcessState::kDegraded, watch_.complaint());
+  }
   node_.set_state(ProcessState::kOk,
                   has_realtime_ ? "" : "without real-time scheduling: late steps under load");
 }
 
 void WamControllerProcess::set_metrics() {
+  node_.set_metric("command_age_ms", watch_.age_ms());
+  node_.set_metric("operator_clock_ahead_ms", watch_.clock_ahead_ms());
+  node_.set_metric("commands_needing_release",
+                   static_cast<double>(controller_->gate().count(CommandVerdict::kNeedsRelease)));
   node_.set_metric("tracking_error_max_rad", largest_error_rad_);
   node_.set_metric("safety_warning", is_warning_ ? 1 : 0);
   largest_error_rad_ = 0;

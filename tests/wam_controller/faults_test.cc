@@ -15,6 +15,7 @@ class Faults : public testing::Test {
   void follow() {
     rig.start_arm();
     rig.run(milliseconds(100));
+    rig.let_go();
     rig.command_for(milliseconds(600), rig.arm.home().array() - 0.3);
     ASSERT_EQ(rig.does(), ArmState::kFollowing);
     ASSERT_GT(rig.largest_torque_nm(), 0);
@@ -24,7 +25,7 @@ class Faults : public testing::Test {
     EXPECT_NE(rig.state().reason.find(reason), std::string::npos) << rig.state().reason;
     EXPECT_EQ(rig.largest_torque_nm(), 0);
   }
-  // Only a person at the pendant ends a fault.
+  // Only a person at the pendant ends a fault, and only the operator's fresh engage moves the arm.
   void expect_recovery_by_pendant() {
     rig.command_for(milliseconds(300), rig.arm.home());
     EXPECT_EQ(rig.does(), ArmState::kFault);
@@ -33,8 +34,10 @@ class Faults : public testing::Test {
     rig.command_for(milliseconds(100), rig.arm.home());
     EXPECT_EQ(rig.does(), ArmState::kFault);
     rig.safety = arm_encoders_t::SAFETY_ACTIVE;
-    rig.run(milliseconds(20));
+    rig.command_for(milliseconds(100), rig.arm.home());
     EXPECT_EQ(rig.does(), ArmState::kHolding);
+    EXPECT_EQ(rig.state().reason, "let go and press again");
+    rig.let_go();
     rig.command_for(milliseconds(100), rig.arm.home());
     EXPECT_EQ(rig.does(), ArmState::kFollowing);
   }
@@ -158,7 +161,10 @@ TEST(ArmControllerTest, AClockThatIsSetBackEndsTheActivityNotTheController) {
   ArmController controller(arm, {});
   ArmReading reading{Time{9'000'000'000}, arm.home(), Safety::kActive, false, {}};
   controller.step(reading);
-  ArmCommand command{reading.time, 1, 1, true, 4, arm.home().array() + 0.1};
+  ArmCommand command{reading.time, 1, 1, false, 4, arm.home().array() + 0.1};
+  EXPECT_EQ(controller.on_command(reading.time, command), CommandVerdict::kAccepted);
+  command.is_engaged = true;
+  command.seq = 2;
   EXPECT_EQ(controller.on_command(reading.time, command), CommandVerdict::kAccepted);
   EXPECT_EQ(controller.status().state, ArmState::kFollowing);
   reading.time = Time{1'000'000};
