@@ -14,14 +14,15 @@ class Clutch {
  public:
   explicit Clutch(ClutchMode mode) : mode_(mode) {}
 
-  /// Once per reading. After the device had gone, the switch must be let go before it counts again:
-  /// nobody may be holding the device when it returns.
-  bool update(bool connected, bool pressed) {
-    if (!connected) {
-      lost_ = true;
+  /// Once per reading. `usable`: the device is there and the robot is ready for it. The switch must
+  /// be seen let go once before it counts, at first and whenever it was not usable: nobody may be
+  /// holding the device when it returns, and nobody means an arm that comes to life later.
+  bool update(bool usable, bool pressed) {
+    if (!usable) {
+      needs_release_ = true;
       on_ = false;
-    } else if (lost_) {
-      lost_ = pressed;
+    } else if (needs_release_) {
+      needs_release_ = pressed;
     } else if (mode_ == ClutchMode::kHold) {
       on_ = pressed;
     } else if (pressed && !was_pressed_) {
@@ -30,10 +31,11 @@ class Clutch {
     was_pressed_ = pressed;
     return on_;
   }
+  bool needs_release() const { return needs_release_; }
 
  private:
   ClutchMode mode_;
-  bool on_ = false, was_pressed_ = false, lost_ = false;
+  bool on_ = false, was_pressed_ = false, needs_release_ = true;
 };
 
 }  // namespace foresight

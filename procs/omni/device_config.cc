@@ -53,8 +53,9 @@ std::unique_ptr<InputDevice> make_keyboard(const OmniParams& params) {
       KeyboardOptions{.name = path, .hold_s = params.key_hold_s, .needs_terminal = false});
 }
 
-std::unique_ptr<InputDevice> make_gamepad(const OmniParams& params) {
-  GamepadOptions options{.dead_zone = params.dead_zone};
+std::unique_ptr<InputDevice> make_gamepad(const OmniParams& params, const JointMapping& mapping) {
+  GamepadOptions options{
+      .dead_zone = params.dead_zone, .silence_s = params.stick_silence_s, .mapping = mapping};
   if (!params.device_path.empty()) options.path = params.device_path;
   if (params.clutch_button > 0) options.clutch_button = params.clutch_button;
   return std::make_unique<GamepadDevice>(file_opener(options.path), options);
@@ -66,7 +67,8 @@ std::unique_ptr<InputDevice> make_file(const OmniParams& params) {
       FileOptions{.path = params.device_path,
                   .style = waypoints ? MotionStyle::kRest : MotionStyle::kLinear,
                   .start_delay_s = params.start_delay_s,
-                  .loop = params.loop});
+                  .loop = params.loop,
+                  .resume = params.resume});
 }
 
 }  // namespace
@@ -92,9 +94,12 @@ JointMapping load_mapping_file(const std::string& path, const ArmModel& arm) {
 
 JointMapping choose_mapping(const OmniParams& params, const ArmModel& arm) {
   JointMapping mapping = paper_mapping();
-  if (params.device == "gamepad") mapping = gamepad_mapping();
-  if (params.device == "keyboard") mapping = keyboard_mapping();
-  if (params.device == "spacemouse") mapping = spacemouse_mapping();
+  const std::string device = params.device == "recorded" && params.mapping_file.empty()
+                                 ? recorded_device(params.device_path)
+                                 : params.device;
+  if (device == "gamepad") mapping = gamepad_mapping();
+  if (device == "keyboard") mapping = keyboard_mapping();
+  if (device == "spacemouse") mapping = spacemouse_mapping();
   if (!params.mapping_file.empty()) mapping = load_mapping_file(params.mapping_file, arm);
   if (mapping.joints.size() > arm.joints.size()) mapping.joints.resize(arm.joints.size());
   return mapping;
@@ -103,7 +108,7 @@ JointMapping choose_mapping(const OmniParams& params, const ArmModel& arm) {
 std::unique_ptr<InputDevice> make_device(const OmniParams& params, const ArmModel& arm,
                                          const JointMapping& mapping) {
   const int clutch_button = params.clutch_button > 0 ? params.clutch_button : 1;
-  if (params.device == "gamepad") return make_gamepad(params);
+  if (params.device == "gamepad") return make_gamepad(params, mapping);
   if (params.device == "keyboard") return make_keyboard(params);
   if (params.device == "spacemouse") {
     return std::make_unique<SpaceMouseDevice>(

@@ -2,6 +2,7 @@
 // files, OpenHaptics, gamepad, keyboard, SpaceMouse (*_device.h).
 //
 //   device->open();                                  // once; throws StartupError
+//   device->allow_engaging(robot_is_ready);
 //   const DeviceReading reading = device->read(now);  // at 30 Hz; never waits
 #pragma once
 
@@ -21,6 +22,7 @@ enum class AxisKind : uint8_t {
 struct DeviceReading {
   bool connected = false;
   bool engaged = false;  // the clutch (dead-man switch) as the device reports it
+  bool silent = false;   // moves something, but has said nothing for too long: counts as let go
   bool ended = false;    // a recording is over
   bool quit = false;     // the operator asked the process to end
   AxisKind kind = AxisKind::kPosition;
@@ -37,6 +39,11 @@ class InputDevice {
   /// What the device says now. One that has gone reads as not connected and is tried again once a
   /// second. `now` never goes back.
   virtual DeviceReading read(Time now) = 0;
+  /// Whether engaging has an effect now, before each reading. Devices that keep the clutch
+  /// themselves let it go when it has none; those that move by themselves wait.
+  virtual void allow_engaging(bool /*may_engage*/) {}
+  /// One line for people: which device it is, and what moves what. Empty: nothing to say.
+  virtual std::string description() const { return {}; }
 };
 
 /// When to try again to open a device that has gone: once a second.

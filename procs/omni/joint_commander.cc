@@ -7,7 +7,7 @@ namespace foresight {
 namespace {
 
 constexpr Duration kMeasuredMaxAge = seconds(1);
-// After letting go, the arm needs so long to stop and its measurement to come back.
+// After letting go, the arm needs at most so long to stop.
 constexpr Duration kSettling = seconds(1);
 // A pause of the process longer than this is not made up for.
 constexpr double kMaxStep_s = 0.1;
@@ -49,32 +49,45 @@ void JointCommander::update(Time now, const DeviceReading& reading, bool engage)
   const double step_s = std::clamp(elapsed_s, 0.0, kMaxStep_s);
   updated_at_ = now;
   has_updated_ = true;
-  if (!is_usable(reading) || !engage) {
-    if (engaged_) released_at_ = now;
-    engaged_ = limited_ = false;
+  const bool goes_on = is_usable(reading) && engage;
+  if (!goes_on || !engaged_) rest(now);
+  if (!goes_on) return;
+  if (!engaged_) {
+    if (knows_arm(now)) return begin(reading);
+    problem_ = "cannot engage: no JOINT_STATE";
     return;
   }
-  if (!engaged_) return begin(now, reading);
   limit(wish(reading, step_s));
   const double reach_rad = options_.max_velocity_rad_per_s * step_s;
   command_rad_ += (wish_rad_ - command_rad_).cwiseMax(-reach_rad).cwiseMin(reach_rad);
 }
 
-void JointCommander::begin(Time now, const DeviceReading& reading) {
-  limit(first_command(now, reading));
-  command_rad_ = wish_rad_;
-  engaged_ = has_commanded_ = true;
-  if (reading.kind == AxisKind::kPosition) {
-    offset_rad_ = command_rad_ - map_positions(mapping_, arm_, reading.axes);
+bool JointCommander::knows_arm(Time now) const {
+  return has_measured_ && now - measured_at_ <= kMeasuredMaxAge;
+}
+
+void JointCommander::stand_down() { engaged_ = limited_ = is_settling_ = false; }
+
+// Not engaged: holds the last command until the arm has settled, then follows the measured arm.
+void JointCommander::rest(Time now) {
+  if (engaged_) {
+    released_at_ = now;
+    is_settling_ = true;
+  }
+  engaged_ = limited_ = false;
+  is_settling_ = is_settling_ && now - released_at_ < kSettling + round_trip_;
+  if (!is_settling_ && knows_arm(now)) {
+    command_rad_ = wish_rad_ = arm_.clamp(measured_rad_, options_.limit_margin_rad);
   }
 }
 
-JointVector JointCommander::first_command(Time now, const DeviceReading& reading) const {
-  if (has_commanded_ && now - released_at_ < kSettling) return command_rad_;
-  if (has_measured_ && now - measured_at_ <= kMeasuredMaxAge) return measured_rad_;
-  if (has_commanded_) return command_rad_;
-  const bool points = reading.kind == AxisKind::kPosition && options_.mode == MotionMode::kAbsolute;
-  return points ? map_positions(mapping_, arm_, reading.axes) : arm_.home();
+void JointCommander::begin(const DeviceReading& reading) {
+  wish_rad_ = command_rad_;
+  engaged_ = true;
+  is_settling_ = false;
+  if (reading.kind == AxisKind::kPosition) {
+    offset_rad_ = command_rad_ - map_positions(mapping_, arm_, reading.axes);
+  }
 }
 
 // Where the operator wants the joints, limits aside.

@@ -2,14 +2,16 @@
 // clutch without a jump, bounded velocity, the arm's limits.
 //
 //   JointCommander commander(arm, paper_mapping(), {});
-//   commander.set_measured(now, joint_state_rad);   // when known; delayed is good enough
+//   commander.set_measured(now, joint_state_rad);   // delayed is good enough
 //   commander.update(now, reading, clutch_is_on);
 //   publish(commander.is_engaged(), commander.position_rad());
 //
-// Engaging. The first command is, in this order: the last command, when the clutch was let go less
-// than a second ago (what is measured is older than what the arm still does); where the arm is
-// measured to be, when that is at most a second old; the last command; where the mapping says
-// (absolute mode) or the arm's home. So the arm never jumps.
+// Engaging needs to know where the arm is: without a measurement of the last second nothing is
+// engaged. The first command is the last one, when the clutch was let go so recently that what is
+// measured is older than what the arm still does (a second for its stop, and the round trip of
+// messages); else where the arm is measured to be. So the arm never jumps.
+// While not engaged, the command is held until then and is the measured arm from there on; of an
+// arm that does not follow (stand_down()) it is the measured arm at once.
 // From there, position axes in
 //   absolute mode: follow the mapping plus an offset that made the first command fit and that fades
 //     with the align velocity, until the arm is where the device points;
@@ -45,21 +47,26 @@ class JointCommander {
 
   /// Where the arm is measured to be. False, and nothing happens, unless it has the arm's joints.
   [[nodiscard]] bool set_measured(Time arrival, const JointVector& position_rad);
+  /// How long a message takes to the arm and back.
+  void set_round_trip(Duration round_trip) { round_trip_ = round_trip; }
+  /// The arm does not follow: the last command means nothing any more.
+  void stand_down();
   /// A reading and whether the clutch is on. `now` never goes back.
   void update(Time now, const DeviceReading& reading, bool engage);
 
   bool is_engaged() const { return engaged_; }
-  /// The command; while not engaged the last one, before the first the arm's home.
+  /// The command; before the first measurement the arm's home.
   const JointVector& position_rad() const { return command_rad_; }
   /// The operator asks for more than the joint limits allow.
   bool is_limited() const { return limited_; }
-  /// Why a reading cannot be used; else empty.
+  /// Why a reading cannot be used, or nothing be engaged; else empty.
   const std::string& problem() const { return problem_; }
 
  private:
   bool is_usable(const DeviceReading& reading);
-  void begin(Time now, const DeviceReading& reading);
-  JointVector first_command(Time now, const DeviceReading& reading) const;
+  void begin(const DeviceReading& reading);
+  bool knows_arm(Time now) const;
+  void rest(Time now);
   JointVector wish(const DeviceReading& reading, double step_s);
   void limit(const JointVector& wish_rad);
 
@@ -71,7 +78,9 @@ class JointCommander {
   JointVector offset_rad_;  // of position axes: wish − mapping
   JointVector measured_rad_;
   Time measured_at_, released_at_, updated_at_;
-  bool has_measured_ = false, has_commanded_ = false, has_updated_ = false;
+  Duration round_trip_{0};
+  bool has_measured_ = false, has_updated_ = false;
+  bool is_settling_ = false;  // the arm is still on its way to what was commanded last
   bool engaged_ = false, limited_ = false;
   std::string problem_;
 };

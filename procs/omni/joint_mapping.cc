@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <sstream>
 
 namespace foresight {
 
@@ -14,6 +15,17 @@ int JointMapping::axes_needed() const {
   int needed = 0;
   for (const JointSource& joint : joints) needed = std::max(needed, joint.axis);
   return needed;
+}
+
+std::string JointMapping::description() const {
+  std::ostringstream line;
+  for (size_t i = 0; i < joints.size(); ++i) {
+    if (joints[i].axis == 0) continue;
+    line << (line.tellp() > 0 ? ", joint " : "joint ") << i + 1 << ": axis " << joints[i].axis;
+    const double factor = joints[i].scale * sign(joints[i].axis);
+    if (factor != 1) line << " x " << factor;
+  }
+  return line.str();
 }
 
 JointMapping paper_mapping() {

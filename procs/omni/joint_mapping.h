@@ -9,6 +9,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/arm_model.h"
@@ -33,6 +34,8 @@ struct JointMapping {
   double sign(int axis) const;
   /// The highest axis in use: how many a device must have.
   int axes_needed() const;
+  /// One line for people: "joint 1: axis 1 x -1, joint 2: …".
+  std::string description() const;
 };
 
 /// θ_WAM = [θ1, −9/5·θ2 − π/2, 0, π/2 − θ3]. The device library counts the Omni's second joint in

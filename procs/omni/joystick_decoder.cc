@@ -25,7 +25,11 @@ void JoystickDecoder::take_event() {
   const size_t number = event_[7];
   event_.clear();
   if (type == kAxis) {
-    if (number >= axes_.size()) axes_.resize(number + 1, 0);
+    if (number >= axes_.size()) {
+      axes_.resize(number + 1, 0);
+      reported_.resize(number + 1, false);
+    }
+    reported_[number] = true;
     axes_[number] = std::max(-1.0, value / kFullScale);
   } else if (type == kButton) {
     if (number >= buttons_.size()) buttons_.resize(number + 1, 0);

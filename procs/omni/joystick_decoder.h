@@ -23,6 +23,8 @@ class JoystickDecoder {
 
   /// −1…1, at least eight.
   const std::vector<double>& axes() const { return axes_; }
+  /// Of each axis, whether the device has said where it is.
+  const std::vector<bool>& reported() const { return reported_; }
   /// 1: pressed; at least sixteen.
   const std::vector<uint8_t>& buttons() const { return buttons_; }
 
@@ -30,6 +32,7 @@ class JoystickDecoder {
   void take_event();
 
   std::vector<double> axes_ = std::vector<double>(8, 0.0);
+  std::vector<bool> reported_ = std::vector<bool>(8, false);
   std::vector<uint8_t> buttons_ = std::vector<uint8_t>(16, 0);
   std::vector<uint8_t> event_;  // the bytes of one so far
 };

@@ -25,6 +25,9 @@ class KeyboardDevice : public InputDevice {
       : opener_(std::move(opener)), options_(std::move(options)), keys_(options_.hold_s) {}
   void open() override;
   DeviceReading read(Time now) override;
+  void allow_engaging(bool may_engage) override {
+    if (!may_engage) keys_.release();
+  }
 
  private:
   // Raw from construction to destruction.

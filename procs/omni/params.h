@@ -23,6 +23,10 @@ struct OmniParams {
   double start_delay_s = 1;
   bool loop = false;
   bool exit_at_end = false;
+  bool resume = false;
+  double stick_silence_s = 3;
+  double robot_silence_s = 1;
+  double longest_round_trip_s = 5;
   ScriptOptions script;
 
   template <class V>
@@ -45,6 +49,7 @@ struct OmniParams {
            "of devices with joints: the arm goes where the device points, or follows its motion"});
     v("rate_hz", rate_hz, {.unit = "Hz", .min = 1, .max = 200, .doc = "of readings and commands"});
     visit_hand(v);
+    visit_robot(v);
     visit_commander(v);
     visit_script(v);
   }
@@ -67,6 +72,24 @@ struct OmniParams {
        .min = 0.05,
        .max = 2,
        .doc = "a key counts as held so long after it was typed"});
+    v("stick_silence_s", stick_silence_s,
+      {.unit = "s",
+       .min = 0.5,
+       .max = 60,
+       .doc = "gamepad: a deflected stick without any event for so long counts as let go"});
+  }
+  template <class V>
+  void visit_robot(V& v) {
+    v("robot_silence_s", robot_silence_s,
+      {.unit = "s",
+       .min = 0.2,
+       .max = 10,
+       .doc = "without JOINT_STATE or CONTROLLER_STATE for so long the clutch counts as let go"});
+    v("longest_round_trip_s", longest_round_trip_s,
+      {.unit = "s",
+       .min = 0.5,
+       .max = 60,
+       .doc = "an engagement that the robot has not followed by then counts as let go"});
   }
   template <class V>
   void visit_commander(V& v) {
@@ -89,6 +112,8 @@ struct OmniParams {
       {.unit = "s", .min = 0, .max = 1e4, .doc = "before script, waypoints and recorded begin"});
     v("loop", loop, {.doc = "waypoints, recorded: begin again at the end"});
     v("exit_at_end", exit_at_end, {.doc = "waypoints, recorded: end the process at the end"});
+    v("resume", resume,
+      {.doc = "waypoints, recorded: go on by themselves after the robot stopped following"});
     v("script_seed", script.seed, {.unit = "1", .min = 0, .max = 2e9, .doc = "of the motion"});
     v("script_warm_up", script.warm_up,
       {.doc = "begin with sweeps of each axis, for slam's start and the calibration"});

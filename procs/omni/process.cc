@@ -1,8 +1,23 @@
 #include "procs/omni/process.h"
 
 #include <algorithm>
+#include <iostream>
+#include <sstream>
 
 namespace foresight {
+namespace {
+
+constexpr size_t kLongestReason = 200;
+
+RobotReport read(const controller_state_t& m) {
+  return {.time = {m.utime},
+          .state = static_cast<RobotState>(m.state),
+          .reason = m.reason.substr(0, kLongestReason),
+          .driver_session = m.driver_session,
+          .needs_release = m.needs_release != 0};
+}
+
+}  // namespace
 
 OmniProcess::OmniProcess(Node& node, const OmniParams& params, DeviceMaker make)
     : node_(node),
@@ -22,6 +37,11 @@ OmniProcess::OmniProcess(Node& node, const OmniParams& params, DeviceMaker make)
                                  .doc = "where the arm is, so that engaging is no jump"},
                                 Queue::kLatest,
                                 [this](const joint_state_t& m) { on_joint_state(m); });
+  node.subscribe<controller_state_t>(
+      {.channel = "CONTROLLER_STATE",
+       .domain = Domain::kOperator,
+       .doc = "whether the arm follows, and whom"},
+      Queue::kAll, [this](const controller_state_t& m) { on_controller_state(m); });
   node.every(seconds(1 / params.rate_hz), "read device", [this] { on_tick(); });
 }
 
@@ -37,29 +57,62 @@ void OmniProcess::start() {
   CommanderOptions options = params_.commander;
   options.mode = params_.mode == "relative" ? MotionMode::kRelative : MotionMode::kAbsolute;
   commander_.emplace(arm, mapping, options);
-  session_ = node_.now().us;
+  robot_.emplace(RobotWatchOptions{.silence = seconds(params_.robot_silence_s),
+                                   .longest_round_trip = seconds(params_.longest_round_trip_s)},
+                 arm.size());
+  session_.begin(node_.now());
+  robot_->begin_session(session_.session());
 }
 
 void OmniProcess::on_joint_state(const joint_state_t& state) {
+  const Time now = node_.now(), arrival = steady_.at(now);
   const JointVector::Index count =
       std::min<JointVector::Index>(state.n_joints, JointVector::MaxRowsAtCompileTime);
   const JointVector position_rad = JointVector::Map(state.position_rad.data(), count);
-  if (state.n_joints != count || !commander_->set_measured(node_.now(), position_rad)) {
+  if (state.n_joints != count || !commander_->set_measured(arrival, position_rad)) {
     node_.reject_message("JOINT_STATE", "its joints are not those of " + params_.arm_file);
+    robot_->on_other_arm(arrival, state.n_joints);
+    return;
   }
+  clocks_.add({now, {state.utime}, {state.command_utime}, {state.command_arrival_utime}});
+  const auto round_trip = clocks_.round_trip();
+  if (round_trip) {
+    commander_->set_round_trip(
+        std::clamp(*round_trip, Duration{0}, seconds(params_.longest_round_trip_s)));
+  }
+  robot_->on_joints(arrival, {state.utime}, {state.command_utime}, round_trip);
+}
+
+void OmniProcess::on_controller_state(const controller_state_t& state) {
+  velocity_limit_rad_per_s_ = state.velocity_limit_rad_per_s;
+  robot_->on_report(steady_.at(node_.now()), read(state));
 }
 
 void OmniProcess::on_tick() {
-  const Time now = node_.now();
-  const DeviceReading reading = device_->read(now);
+  const Time now = node_.now(), steady = steady_.at(now);
+  std::string obstacle = robot_->obstacle(steady);
+  if (session_.update(now)) {
+    robot_->begin_session(session_.session());
+    obstacle = "the clock was set back";
+  }
+  device_->allow_engaging(obstacle.empty());
+  const DeviceReading reading = device_->read(steady);
   const bool was_engaged = commander_->is_engaged();
-  const bool engage =
-      clutch_.update(reading.connected, reading.engaged) && !reading.quit && !reading.ended;
-  commander_->update(now, reading, engage);
+  const bool engage = heed_clutch(reading, obstacle);
+  if (!obstacle.empty()) commander_->stand_down();
+  commander_->update(steady, reading, engage);
   if (commander_->is_engaged() && !was_engaged) ++engagements_;
   publish_device(now, reading);
-  publish_command(now);
-  report(reading);
+  publish_command(now, steady);
+  set_metrics();
+  report(reading, obstacle);
+}
+
+bool OmniProcess::heed_clutch(const DeviceReading& reading, const std::string& obstacle) {
+  const bool is_usable = reading.connected && !reading.silent && obstacle.empty();
+  const bool is_on = clutch_.update(is_usable, reading.engaged);
+  if (!is_usable) let_go_because_ = obstacle.empty() ? reading.problem : obstacle;
+  return is_on && !reading.quit && !reading.ended;
 }
 
 void OmniProcess::publish_device(Time now, const DeviceReading& reading) {
@@ -69,40 +122,69 @@ void OmniProcess::publish_device(Time now, const DeviceReading& reading) {
   state.connected = reading.connected ? 1 : 0;
   state.engaged = reading.engaged ? 1 : 0;
   // Deflections are no joint positions.
-  if (reading.kind == AxisKind::kPosition) state.position_rad = reading.axes;
+  const bool has_joints = reading.kind == AxisKind::kPosition;
+  (has_joints ? state.position_rad : state.deflections) = reading.axes;
   state.n_joints = static_cast<int32_t>(state.position_rad.size());
+  state.n_deflections = static_cast<int32_t>(state.deflections.size());
   state.buttons.assign(reading.buttons.begin(), reading.buttons.end());
   state.n_buttons = static_cast<int32_t>(state.buttons.size());
   states_.publish(state);
 }
 
-void OmniProcess::publish_command(Time now) {
+void OmniProcess::publish_command(Time now, Time steady) {
   joint_command_t command{};
   command.utime = now.us;
-  command.session = session_;
-  command.seq = ++seq_;
+  command.session = session_.session();
+  command.seq = session_.next_seq();
   command.engaged = commander_->is_engaged() ? 1 : 0;
   const JointVector& position_rad = commander_->position_rad();
   command.n_joints = static_cast<int32_t>(position_rad.size());
   command.position_rad.assign(position_rad.data(), position_rad.data() + position_rad.size());
   commands_.publish(command);
+  robot_->on_command(steady, now, commander_->is_engaged());
 }
 
-void OmniProcess::report(const DeviceReading& reading) {
+void OmniProcess::set_metrics() {
+  const auto ms = [](Duration d) { return 1e3 * d.seconds(); };
   node_.set_metric("engaged", commander_->is_engaged() ? 1 : 0);
+  node_.set_metric("followed", robot_->is_followed() ? 1 : 0);
   node_.set_metric("engagements", engagements_);
   node_.set_metric("at_joint_limit", commander_->is_limited() ? 1 : 0);
+  if (clocks_.downlink()) node_.set_metric("robot_clock_ahead_ms", ms(clocks_.offset()));
+  if (clocks_.round_trip()) node_.set_metric("round_trip_ms", ms(*clocks_.round_trip()));
+}
+
+void OmniProcess::report(const DeviceReading& reading, const std::string& obstacle) {
   if (reading.quit) return node_.finish("the operator typed q", true);
   if (node_.state() == ProcessState::kDone) return;
   if (reading.ended) return node_.finish("end of " + params_.device_path, params_.exit_at_end);
-  const std::string& problem = commander_->problem();
-  if (!reading.connected) {
-    node_.set_state(ProcessState::kWaiting, reading.problem);
-  } else if (!problem.empty() || !reading.problem.empty()) {
-    node_.set_state(ProcessState::kDegraded, problem.empty() ? reading.problem : problem);
-  } else {
-    node_.set_state(ProcessState::kOk, "");
+  if (!reading.connected) return node_.set_state(ProcessState::kWaiting, reading.problem);
+  const std::string description = device_->description();
+  if (description != description_) std::cerr << "omni: " << description << "\n";
+  description_ = description;
+  const std::string trouble = find_trouble(reading, obstacle);
+  if (!trouble.empty()) return node_.set_state(ProcessState::kDegraded, trouble);
+  node_.set_state(ProcessState::kOk, description);
+}
+
+// The first of what keeps the hand from moving the arm, or makes it move otherwise than it thinks.
+std::string OmniProcess::find_trouble(const DeviceReading& reading,
+                                      const std::string& obstacle) const {
+  if (!obstacle.empty()) return obstacle;
+  if (!reading.silent && reading.engaged && clutch_.needs_release()) {
+    return "let go of the clutch and press it again (" + let_go_because_ + ")";
   }
+  std::ostringstream slower;
+  if (velocity_limit_rad_per_s_ > 0 &&
+      velocity_limit_rad_per_s_ < params_.commander.max_velocity_rad_per_s) {
+    slower << "max_velocity_rad_per_s: " << params_.commander.max_velocity_rad_per_s
+           << " is above the limit of the arm's controller, " << velocity_limit_rad_per_s_;
+  }
+  for (const std::string& trouble : {commander_->problem(), reading.problem, robot_->complaint(),
+                                     clocks_.complaint(), slower.str()}) {
+    if (!trouble.empty()) return trouble;
+  }
+  return {};
 }
 
 }  // namespace foresight

@@ -4,16 +4,21 @@
 #include <memory>
 #include <optional>
 
+#include "common/clock_offset.h"
 #include "common/node.h"
 #include "common/process_main.h"
+#include "foresight/controller_state_t.hpp"
 #include "foresight/device_state_t.hpp"
 #include "foresight/joint_command_t.hpp"
 #include "foresight/joint_state_t.hpp"
 #include "procs/omni/clutch.h"
+#include "procs/omni/command_session.h"
 #include "procs/omni/device_config.h"
 #include "procs/omni/input_device.h"
 #include "procs/omni/joint_commander.h"
 #include "procs/omni/params.h"
+#include "procs/omni/robot_watch.h"
+#include "procs/omni/steady_time.h"
 
 namespace foresight {
 
@@ -32,10 +37,14 @@ class OmniProcess : public Process {
 
  private:
   void on_joint_state(const joint_state_t& state);
+  void on_controller_state(const controller_state_t& state);
   void on_tick();
+  bool heed_clutch(const DeviceReading& reading, const std::string& obstacle);
   void publish_device(Time now, const DeviceReading& reading);
-  void publish_command(Time now);
-  void report(const DeviceReading& reading);
+  void publish_command(Time now, Time steady);
+  void set_metrics();
+  void report(const DeviceReading& reading, const std::string& obstacle);
+  std::string find_trouble(const DeviceReading& reading, const std::string& obstacle) const;
 
   Node& node_;
   OmniParams params_;
@@ -44,8 +53,14 @@ class OmniProcess : public Process {
   Publisher<joint_command_t> commands_;
   std::unique_ptr<InputDevice> device_;
   std::optional<JointCommander> commander_;
+  std::optional<RobotWatch> robot_;
+  ClockOffset clocks_;
+  SteadyTime steady_;  // of arrivals and of the device: the clock may be set back
   Clutch clutch_;
-  int64_t session_ = 0, seq_ = 0;
+  CommandSession session_;
+  std::string let_go_because_;           // since when the clutch has to be let go and pressed again
+  std::string description_;              // of the device, as it was last said
+  double velocity_limit_rad_per_s_ = 0;  // the controller's; 0: not known
   int engagements_ = 0;
 };
 

@@ -14,6 +14,8 @@ constexpr int kMotionEvent = 1, kButtonEvent = 2;
 constexpr double kFullScale = 350;
 constexpr int kMaxButtons = 64;
 constexpr int kMaxEventsPerReading = 1000;
+// Of a deflected cap, which speaks at 60 Hz or more.
+constexpr Duration kSilence = seconds(0.5);
 
 }  // namespace
 
@@ -44,9 +46,12 @@ bool SpaceMouseDevice::daemon_is_there() const {
   return poll(&state, 1, 0) <= 0 || (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) == 0;
 }
 
-void SpaceMouseDevice::drain() {
+void SpaceMouseDevice::drain(Time now) {
   SpnavApi::Event event{};
-  for (int i = 0; i < kMaxEventsPerReading && api_->poll_event(&event) > 0; ++i) take(event);
+  for (int i = 0; i < kMaxEventsPerReading && api_->poll_event(&event) > 0; ++i) {
+    take(event);
+    last_event_ = now;
+  }
 }
 
 void SpaceMouseDevice::take(const SpnavApi::Event& event) {
@@ -75,11 +80,17 @@ DeviceReading SpaceMouseDevice::read(Time now) {
     std::fill(buttons_.begin(), buttons_.end(), uint8_t{0});
     static_cast<void>(retry_.due(now));
   }
-  if (connected_) drain();
+  if (connected_) drain(now);
   DeviceReading reading{.connected = connected_, .kind = AxisKind::kVelocity, .axes = axes_};
   reading.buttons = buttons_;
   const auto clutch = static_cast<size_t>(options_.clutch_button - 1);
   reading.engaged = connected_ && clutch < buttons_.size() && buttons_[clutch] != 0;
+  const bool is_deflected =
+      std::any_of(axes_.begin(), axes_.end(), [](double axis) { return axis != 0; });
+  reading.silent = reading.engaged && is_deflected && now - last_event_ >= kSilence;
+  if (reading.silent) {
+    reading.problem = "the cap is held, but the SpaceMouse says nothing: counts as let go";
+  }
   if (!connected_) reading.problem = "spacenavd has gone; trying again";
   return reading;
 }

@@ -50,7 +50,7 @@ class SpaceMouseDevice : public InputDevice {
   DeviceReading read(Time now) override;
 
  private:
-  void drain();
+  void drain(Time now);
   bool daemon_is_there() const;
   void take(const SpnavApi::Event& event);
 
@@ -59,6 +59,7 @@ class SpaceMouseDevice : public InputDevice {
   bool connected_ = false;
   std::vector<double> axes_ = std::vector<double>(6, 0.0);
   std::vector<uint8_t> buttons_ = std::vector<uint8_t>(2, 0);
+  Time last_event_;
   RetryTimer retry_;
 };
 

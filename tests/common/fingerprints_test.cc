@@ -24,7 +24,7 @@ const std::map<std::string, std::string> kExpected = {
     {"carving_delta_t", "425f304091522772"},
     {"controller_state_t", "0cd045aac58f7f53"},
     {"delta_header_t", "9bba78c3f1832d74"},
-    {"device_state_t", "9a504879a7527e17"},
+    {"device_state_t", "647322a6867f8c87"},
     {"display_stats_t", "a5c0aa210926cea3"},
     {"health_t", "c0e934a34f4ec6f4"},
     {"image_t", "c6c282f2d13a9843"},

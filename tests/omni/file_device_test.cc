@@ -41,7 +41,7 @@ TEST_F(FileDeviceTest, BeginsAgainWithTheClutchLetGoOnce) {
   const std::string path = folder_.write("way.csv", "time_s j1\n0 0\n2 1\n");
   FileDevice device({.path = path, .style = MotionStyle::kRest, .start_delay_s = 0, .loop = true});
   device.open();
-  EXPECT_TRUE(at(device, 0).engaged);
+  EXPECT_FALSE(at(device, 0).engaged) << "let go before it is pressed";
   EXPECT_NEAR(at(device, 1).axes[0], 0.5, 1e-12);
   const DeviceReading turn = at(device, 2.01);
   EXPECT_FALSE(turn.engaged);
@@ -67,13 +67,62 @@ TEST_F(FileDeviceTest, ReadsWhatThisProcessPublishedFromALog) {
     }
     log.write({9'000'000}, "DEVICE_STATE", std::vector<uint8_t>{1, 2, 3});
   }
-  const auto samples = read_motion_file(path);
+  const RecordedMotion motion = read_motion_file(path);
+  EXPECT_EQ(motion.kind, AxisKind::kPosition);
+  EXPECT_EQ(recorded_device(path), "openhaptics");
+  const auto& samples = motion.samples;
   ASSERT_EQ(samples.size(), 10u);
   EXPECT_EQ(samples[0].time_s, 0);
   EXPECT_NEAR(samples[9].time_s, 0.9, 1e-9);
   EXPECT_FALSE(samples[4].engaged);
   EXPECT_TRUE(samples[5].engaged);
   EXPECT_EQ(samples[9].position_rad, (std::vector{0.1 * 9, -0.1 * 9}));
+}
+
+TEST_F(FileDeviceTest, PlaysRecordedDeflections) {
+  const std::string path = folder_.path() + "/sticks.lcmlog";
+  {
+    LogWriter log(path);
+    for (int i = 0; i <= 10; ++i) {
+      device_state_t state{};
+      state.utime = 1'000'000 + 100'000 * i;
+      state.device = "gamepad";
+      state.connected = state.engaged = 1;
+      state.n_deflections = 2;
+      state.deflections = {0.1 * i, -1};
+      log.write({state.utime}, "DEVICE_STATE", encode(state));
+    }
+  }
+  EXPECT_EQ(recorded_device(path), "gamepad");
+  FileDevice device({.path = path, .start_delay_s = 0});
+  device.open();
+  at(device, 0);
+  const DeviceReading reading = at(device, 0.5);
+  EXPECT_TRUE(reading.engaged);
+  EXPECT_EQ(reading.kind, AxisKind::kVelocity);
+  EXPECT_NEAR(reading.axes[0], 0.5, 1e-9);
+}
+
+// What a robot that does not follow does to a device that moves by itself.
+TEST_F(FileDeviceTest, StandsStillWhileItMayNotEngageAndResumesOnlyIfItIsTold) {
+  const std::string path = folder_.write("way.csv", "time_s j1\n0 0\n10 10\n");
+  for (const bool resume : {true, false}) {
+    FileDevice device({.path = path, .start_delay_s = 1, .resume = resume});
+    device.open();
+    device.allow_engaging(false);
+    for (int i = 0; i < 30; ++i) EXPECT_FALSE(at(device, 0.1 * i).engaged);
+    device.allow_engaging(true);
+    EXPECT_FALSE(at(device, 3).engaged) << "the clutch is seen let go first";
+    for (int i = 31; i <= 40; ++i) EXPECT_TRUE(at(device, 0.1 * i).engaged);
+    EXPECT_NEAR(at(device, 4).axes[0], 1, 1e-9);
+    device.allow_engaging(false);
+    for (int i = 41; i < 60; ++i) EXPECT_FALSE(at(device, 0.1 * i).engaged);
+    device.allow_engaging(true);
+    for (int i = 60; i < 69; ++i) EXPECT_FALSE(at(device, 0.1 * i).engaged) << "waits again";
+    for (int i = 71; i <= 80; ++i) EXPECT_EQ(at(device, 0.1 * i).engaged, resume);
+    EXPECT_EQ(at(device, 8).problem.empty(), resume);
+    EXPECT_NEAR(at(device, 8).axes[0], resume ? 2.1 : 1, 0.11);
+  }
 }
 
 TEST_F(FileDeviceTest, SaysWhatIsWrongWithTheFile) {

@@ -76,6 +76,16 @@ TEST_F(KeyboardDeviceTest, SpaceTogglesTheClutchAndHoldingItCannotSwitchItOn) {
   EXPECT_FALSE(type(" ").engaged) << "letting go is never too early";
 }
 
+TEST_F(KeyboardDeviceTest, LetsGoByItselfWhenEngagingHasNoEffect) {
+  device_.open();
+  EXPECT_TRUE(type(" ").engaged);
+  device_.allow_engaging(false);
+  EXPECT_FALSE(read().engaged);
+  device_.allow_engaging(true);
+  EXPECT_FALSE(read(seconds(5)).engaged);
+  EXPECT_TRUE(type(" ").engaged) << "one space is a fresh press";
+}
+
 TEST_F(KeyboardDeviceTest, QuitsAtQ) {
   device_.open();
   EXPECT_FALSE(type("a").quit);

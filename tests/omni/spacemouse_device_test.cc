@@ -53,6 +53,20 @@ TEST_F(SpaceMouseDeviceTest, ReadsItsCapAndButtons) {
   EXPECT_EQ(reading.axes[0], 1) << "until it says otherwise";
 }
 
+TEST_F(SpaceMouseDeviceTest, AHeldCapOfASilentDeviceIsLetGo) {
+  device_.open();
+  button_(0, 1);
+  for (int i = 0; i < 60; ++i) EXPECT_FALSE(read().silent) << "a cap at rest says nothing";
+  move({350, 0, 0, 0, 0, 0});
+  for (int i = 0; i < 15; ++i) EXPECT_FALSE(read().silent);
+  for (int i = 0; i < 5; ++i) read();
+  const DeviceReading reading = read();
+  EXPECT_TRUE(reading.silent);
+  EXPECT_NE(reading.problem, "");
+  move({350, 0, 0, 0, 0, 0});
+  EXPECT_FALSE(read().silent);
+}
+
 TEST_F(SpaceMouseDeviceTest, SaysWhatIsMissing) {
   SpaceMouseDevice device({.library = "libspnav_that_is_not_there.so"});
   EXPECT_NE(
