@@ -36,6 +36,7 @@ std::vector<MotionSample> read_log(const std::string& path) {
     }
     samples.push_back({time_s, state->connected != 0 && state->engaged != 0, state->position_rad});
   }
+  log.require_whole();  // no arm is moved along what is left of a motion
   if (samples.empty()) {
     throw ConfigError("device_path: " + path + ": has no DEVICE_STATE with joint positions");
   }
