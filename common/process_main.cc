@@ -5,8 +5,8 @@
 #include <iostream>
 #include <sstream>
 
-#include "common/lcm_log.h"
 #include "common/live_host.h"
+#include "common/log_replay.h"
 #include "common/simulation.h"
 
 namespace foresight {
@@ -106,59 +106,13 @@ int describe(const ProcessInfo& info, const Node& node,
   return kExitDone;
 }
 
-struct Replay {
-  Domain domain;
-  std::unique_ptr<LogReader> log;
-  std::optional<LogEvent> next;
-};
-
-std::vector<Replay> open_replays(const Options& options, const ProcessInfo& info) {
-  std::vector<Replay> replays;
-  for (const std::string& text : options.replays) {
-    Domain domain = info.home;
-    std::string path = text;
-    for (Domain d : {Domain::kRobot, Domain::kOperator}) {
-      const std::string prefix = std::string(to_string(d)) + "=";
-      if (text.starts_with(prefix)) {
-        domain = d;
-        path = text.substr(prefix.size());
-      }
-    }
-    replays.push_back({domain, std::make_unique<LogReader>(path), std::nullopt});
-    replays.back().next = replays.back().log->next();
-  }
-  return replays;
-}
-
-// Feeds the logs to one process on a simulated clock that follows the logs' time-stamps, and writes
-// what it publishes. Same logs, parameters and build give the same bytes.
 int replay(const Options& options, const ProcessInfo& info, const Simulation::Factory& factory) {
-  std::vector<Replay> replays = open_replays(options, info);
-  LogWriter output(options.output);
-  const auto earliest = [&]() -> Replay* {
-    Replay* first = nullptr;
-    for (Replay& r : replays) {
-      if (r.next && (first == nullptr || r.next->time < first->next->time)) first = &r;
-    }
-    return first;
-  };
-  Replay* source = earliest();
-  Simulation world(source != nullptr ? source->next->time : Time{0});
-  int64_t count = 0;
-  world.set_tap([&](Time time, Domain, const std::string& channel, auto bytes) {
-    output.write(time, channel, bytes);
-  });
-  world.add(options.name, health_domains(info), factory);
-  for (; source != nullptr; source = earliest(), ++count) {
-    world.run_until(source->next->time - microseconds(1));
-    world.inject(source->next->time, source->domain, source->next->channel,
-                 std::move(source->next->bytes));
-    world.run_until(source->next->time);
-    source->next = source->log->next();
-  }
-  world.run_until(world.now() + seconds(1));  // jobs and timers that are still due
-  std::cerr << options.name << ": replayed " << count << " events to " << options.output << "\n";
-  return kExitDone;
+  return replay_logs({.process = options.name,
+                      .logs = options.replays,
+                      .output = options.output,
+                      .home = info.home,
+                      .health_domains = health_domains(info)},
+                     factory);
 }
 
 int run_live(const Options& options, const ProcessInfo& info, const Simulation::Factory& factory) {

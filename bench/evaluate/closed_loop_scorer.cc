@@ -279,6 +279,10 @@ class TrafficLog {
       (domain == Domain::kRobot ? robot_ : operator_).write(time, channel, bytes);
     });
   }
+  void close() {
+    robot_.close();
+    operator_.close();
+  }
 
  private:
   LogWriter robot_, operator_;
@@ -303,6 +307,7 @@ ClosedLoopResult evaluate(const ClosedLoopOptions& options, const ClosedLoopScor
     progress(now_s / options.seconds);
   }
   scorer.finish();
+  if (log) log->close();
   return result;
 }
 

@@ -109,6 +109,7 @@ class Bench {
     watches_.print();
     std::printf("%d pictures, %.1f depth maps a picture, %d triangles at last\n", drawn_,
                 static_cast<double>(depth_maps_) / drawn_, scene_.triangles());
+    log.require_whole();
   }
 
  private:

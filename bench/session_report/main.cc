@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
     Session session(Swarm::params<sim::SimProcess>(settings));
     session.read(robot_log, operator_log);
     session.write(output);
+    session.require_whole_logs();
     return kExitDone;
   });
 }

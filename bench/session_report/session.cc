@@ -37,6 +37,14 @@ void Session::read(const std::string& robot_log, const std::string& operator_log
     }
   }
   result_.name = "session";
+  for (const LogReader* log : {&robot, &operators}) {
+    const std::string complaint = log->complaint();
+    if (!complaint.empty()) damage_ += (damage_.empty() ? "" : "; ") + complaint;
+  }
+}
+
+void Session::require_whole_logs() const {
+  if (!damage_.empty()) throw UnavailableError(damage_);
 }
 
 void Session::on_robot(const LogEvent& event) {

@@ -37,6 +37,8 @@ class Session {
   explicit Session(const sim::SimParams& sim_params) : sim_params_(sim_params) {}
   /// Throws UnavailableError for a log that cannot be read.
   void read(const std::string& robot_log, const std::string& operator_log);
+  /// Throws UnavailableError when a log that was read has damage: the figures miss something.
+  void require_whole_logs() const;
   /// FOLDER/predictions.csv, base.csv, pictures.csv, joints.csv, summary.json.
   void write(const std::string& folder) const;
   const ClosedLoopResult& result() const { return result_; }
@@ -58,6 +60,7 @@ class Session {
   void score_due();
 
   sim::SimParams sim_params_;
+  std::string damage_;  // of the logs; empty: none
   std::optional<Time> start_;
   TruthTrack truth_;
   std::unique_ptr<TrueView> view_;

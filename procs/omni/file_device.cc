@@ -46,6 +46,7 @@ RecordedMotion read_log(const std::string& path) {
     append(*state, *first, state->position_rad, &joints.samples);
     append(*state, *first, state->deflections, &sticks.samples);
   }
+  log.require_whole();  // no arm is moved along what is left of a motion
   RecordedMotion& longer = sticks.samples.size() > joints.samples.size() ? sticks : joints;
   if (longer.samples.empty()) {
     throw ConfigError("device_path: " + path + ": has no DEVICE_STATE with joints or deflections");

@@ -66,6 +66,7 @@ TEST_F(FileDeviceTest, ReadsWhatThisProcessPublishedFromALog) {
       log.write({state.utime}, "SOMETHING", std::vector<uint8_t>{1, 2, 3});
     }
     log.write({9'000'000}, "DEVICE_STATE", std::vector<uint8_t>{1, 2, 3});
+    log.close();
   }
   const RecordedMotion motion = read_motion_file(path);
   EXPECT_EQ(motion.kind, AxisKind::kPosition);
@@ -133,7 +134,7 @@ TEST_F(FileDeviceTest, SaysWhatIsWrongWithTheFile) {
   EXPECT_NE(error_of<UnavailableError>([] { read_motion_file("nowhere.lcmlog"); }).find("nowhere"),
             std::string::npos);
   const std::string empty = folder_.path() + "/empty.lcmlog";
-  { LogWriter log(empty); }
+  LogWriter(empty).close();
   error_of<StartupError>([&] { read_motion_file(empty); });
 }
 

@@ -27,6 +27,8 @@ int print_log(const std::string& path, const std::vector<std::string>& channels)
       std::printf("  %s: %s\n", f.path.c_str(), f.value.c_str());
     }
   }
+  std::fflush(stdout);
+  log.require_whole();
   return kExitDone;
 }
 

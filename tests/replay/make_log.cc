@@ -164,6 +164,8 @@ void write_session(const std::string& prefix) {
   request.channel = "CARVING_DELTA";
   request.requester = "test";
   robot.write(kStart + seconds(2), "SNAPSHOT_REQUEST", encode(request));
+  robot.close();
+  operator_side.close();
 }
 
 // An arm that stands at home, is commanded to and fro, and does exactly what its controller's
@@ -200,6 +202,7 @@ void write_arm(const std::string& prefix) {
     reading.n_motors = arm.size();
     log.write(time, "ARM_ENCODERS", encode(reading));
   }
+  log.close();
 }
 
 }  // namespace

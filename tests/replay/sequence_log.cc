@@ -20,6 +20,7 @@ void write_log(const std::string& folder, const std::string& path) {
   source.override_with("exit_at_end=true");
   world.add("camera", {Domain::kRobot}, process_maker<CameraProcess>()(std::move(source), nullptr));
   while (!world.is_stopped()) world.run_until(world.now() + milliseconds(100));
+  log.close();
 }
 
 }  // namespace
