@@ -39,6 +39,11 @@ const char* to_string(ArmReason reason) {
       return "the operator let go";
     case ArmReason::kNeedsRelease:
       return "let go and press again";
+    case ArmReason::kIsWeighed:
+      return "is being weighed";
+    case ArmReason::kWeight:
+      return "holding it takes another torque than its weight: a wrong home position, a load, or "
+             "something pushes";
     case ArmReason::kEncoderJump:
       return "encoder jumped";
     case ArmReason::kTrackingError:
@@ -58,6 +63,7 @@ ArmController::ArmController(const ArmModel& arm, const ControllerOptions& optio
       gate_({arm.size(), options.command_max_age, options.command_timeout}),
       reference_(options.motion_limits),
       servo_(arm, options.velocity_filter_hz),
+      weighing_(options.weight_tolerance_nm, arm.size()),
       motion_{zeros(arm.size()), zeros(arm.size()), zeros(arm.size())},
       torque_nm_(zeros(arm.size())) {}
 
@@ -65,10 +71,18 @@ bool ArmController::is_active() const {
   return status_.state != ArmState::kIdle && status_.state != ArmState::kFault;
 }
 
+bool ArmController::may_follow() const {
+  const bool is_weight_good = options_.is_weighed_first
+                                  ? weighing_.result() == Weighing::Result::kAgrees
+                                  : weighing_.result() != Weighing::Result::kContradicts;
+  return is_active() && is_weight_good;
+}
+
 void ArmController::enter(ArmState state, ArmReason reason, int joint) {
   status_ = {state, reason, joint};
   if (is_active()) return;
   gate_.revoke();
+  weighing_.reset();
   torque_nm_.setZero();
   tracking_error_rad_ = 0;
 }
@@ -80,7 +94,7 @@ void ArmController::fail(ArmReason reason, int joint) {
 
 CommandVerdict ArmController::on_command(Time arrival, const ArmCommand& command) {
   expire(arrival);
-  const CommandVerdict verdict = gate_.admit(arrival, command, is_active());
+  const CommandVerdict verdict = gate_.admit(arrival, command, may_follow());
   if (status_.state == ArmState::kFollowing && !gate_.has_driver()) {
     reference_.stop(arrival);
     enter(ArmState::kStopping, ArmReason::kLetGo);
@@ -90,11 +104,11 @@ CommandVerdict ArmController::on_command(Time arrival, const ArmCommand& command
   if (!is_dealt_with || gate_.is_aside(command.session)) return verdict;
   command_time_ = command.time;
   command_arrival_ = arrival;
-  if (is_active()) heed(arrival, command);
+  if (may_follow()) heed(arrival, command);
   return verdict;
 }
 
-// Of an active arm: a command that comes from the driver, or while nobody drives.
+// Of an arm that may follow: a command that comes from the driver, or while nobody drives.
 void ArmController::heed(Time arrival, const ArmCommand& command) {
   if (gate_.has_driver()) {
     follow(arrival, command.position_rad);
@@ -191,7 +205,8 @@ void ArmController::heed_safety(const ArmReading& reading) {
 void ArmController::activate() {
   servo_.reset(servo_.position_rad());
   reference_.rest(time_, servo_.position_rad());
-  enter(ArmState::kHolding, ArmReason::kNoCommandYet);
+  enter(ArmState::kHolding,
+        options_.is_weighed_first ? ArmReason::kIsWeighed : ArmReason::kNoCommandYet);
 }
 
 void ArmController::control() {
@@ -212,7 +227,22 @@ void ArmController::control() {
       dynamics_.torque_nm(servo_.position_rad(), moves ? motion_.velocity_rad_per_s : rest,
                           moves ? motion_.acceleration_rad_per_s2 : rest);
   torque_nm_ = servo_.torque_nm(motion_, feed_forward, dt_s_);
-  if (!torque_nm_.allFinite()) fail(ArmReason::kNoNumber, -1);
+  if (!torque_nm_.allFinite()) return fail(ArmReason::kNoNumber, -1);
+  weigh(feed_forward);
+}
+
+// At rest the feed-forward is the weight alone.
+void ArmController::weigh(const JointVector& weight_nm) {
+  if (status_.state != ArmState::kHolding) return weighing_.pause();
+  const Weighing::Result before = weighing_.result();
+  weighing_.add(dt_s_, torque_nm_ - weight_nm);
+  if (weighing_.result() == before) return;
+  if (weighing_.result() == Weighing::Result::kContradicts) {
+    gate_.revoke();
+    enter(ArmState::kHolding, ArmReason::kWeight, weighing_.worst_joint());
+  } else if (status_.reason == ArmReason::kWeight || status_.reason == ArmReason::kIsWeighed) {
+    enter(ArmState::kHolding, ArmReason::kNoCommandYet);
+  }
 }
 
 void ArmController::on_time(Time now) {

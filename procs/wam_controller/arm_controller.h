@@ -19,6 +19,10 @@
 // became active and since its commands were last silent. So nothing that was pressed before a
 // start, an E-STOP, a fault or a gap moves the arm after it: let go, and press again.
 //
+// While it holds at rest, what that takes is compared with the arm's weight in that posture. If
+// they contradict each other for a second (a wrong home position, a load, somebody who leans on
+// it), it goes on holding and follows nobody until they agree again.
+//
 // Torques are zero in idle and fault. on_command() and step() neither allocate nor throw.
 #pragma once
 
@@ -28,6 +32,7 @@
 #include "procs/wam_controller/arm_hardware.h"
 #include "procs/wam_controller/command_gate.h"
 #include "procs/wam_controller/joint_servo.h"
+#include "procs/wam_controller/weighing.h"
 
 namespace foresight {
 
@@ -42,6 +47,8 @@ struct ControllerOptions {
   double velocity_filter_hz = 100;
   bool inertia_feed_forward = true;
   Eigen::Vector3d gravity_in_base_m_per_s2{0, 0, -9.81};
+  double weight_tolerance_nm = 3;  // of each joint, between what holding takes and its weight
+  bool is_weighed_first = false;   // before it follows, after each activation
 };
 
 enum class ArmState : int8_t { kIdle = 0, kHolding, kFollowing, kStopping, kFault };
@@ -55,6 +62,8 @@ enum class ArmReason : uint8_t {
   kCommandsEnded,
   kLetGo,
   kNeedsRelease,
+  kIsWeighed,
+  kWeight,
   kEncoderJump,
   kTrackingError,
   kSafetyFault,
@@ -98,9 +107,13 @@ class ArmController {
   ArmSnapshot snapshot() const;
   /// Largest |reference − measured| of a joint in the last step; 0 unless active.
   double tracking_error_rad() const { return tracking_error_rad_; }
+  /// Largest |torque that holding takes − weight| of a joint; 0 while it does not hold at rest.
+  double weight_error_nm() const { return weighing_.error_nm(); }
 
  private:
   bool is_active() const;
+  bool may_follow() const;
+  void weigh(const JointVector& weight_nm);
   void enter(ArmState state, ArmReason reason, int joint = -1);
   void fail(ArmReason reason, int joint);
   void expire(Time now);
@@ -129,6 +142,7 @@ class ArmController {
   double dt_s_ = 0;  // before it
   Time command_time_, command_arrival_;
   int64_t commands_limited_ = 0;
+  Weighing weighing_;
   JointMotion motion_;
   JointVector torque_nm_;
   double tracking_error_rad_ = 0;

@@ -10,7 +10,7 @@
 #include "foresight/joint_command_t.hpp"
 #include "foresight/joint_state_t.hpp"
 #include "procs/wam_controller/arm_controller.h"
-#include "procs/wam_controller/can_arm.h"
+#include "procs/wam_controller/can_start.h"
 #include "procs/wam_controller/command_watch.h"
 #include "procs/wam_controller/encoder_source.h"
 #include "procs/wam_controller/params.h"
@@ -30,7 +30,7 @@ class WamControllerProcess : public Process {
   void start() override;
 
  private:
-  void start_can(const ArmModel& arm);
+  void keep_home();
   void start_realtime();
   void on_command(const joint_command_t& message);
   void on_timer();
@@ -49,8 +49,7 @@ class WamControllerProcess : public Process {
   Publisher<controller_state_t> states_;
   std::optional<ArmController> controller_;  // from start() on
   std::unique_ptr<EncoderSource> messages_;
-  std::unique_ptr<CanBus> can_bus_;
-  std::unique_ptr<CanArm> can_arm_;
+  std::optional<StartedCanArm> can_;
   ArmHardware* hardware_ = nullptr;
   PeriodJitter jitter_;
   CommandWatch watch_;

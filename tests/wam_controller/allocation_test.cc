@@ -114,6 +114,7 @@ TEST(Allocation, TheCanBackEndMakesNone) {
   bus.node_count = 7;
   CanArm hardware(bus, arm, JointVector::Constant(7, 1000));
   ASSERT_TRUE(hardware.start());
+  hardware.set_zero(hardware.position_counts());
   ArmReading reading;
   const JointVector torque = JointVector::Constant(7, 2);
   const long before = g_allocations;

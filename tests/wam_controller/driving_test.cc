@@ -261,8 +261,7 @@ TEST_F(AfterAStall, NothingOldIsDrivenThoughTheClutchWasLetGo) {
 
 TEST_F(AfterAStall, AHeldButtonMustBePressedAgain) {
   drive();
-  rig.run(milliseconds(700));
-  rig.run(seconds(1));
+  rig.run(seconds(1.7));
   expect_fresh_engage();
 }
 

@@ -26,6 +26,7 @@ WamControllerParams Rig::params_of(const std::string& arm) {
 Rig::Rig(const WamControllerParams& params)
     : arm(load_arm_file(params.arm_file)),
       plant(arm),
+      home_error_rad(JointVector::Zero(arm.size())),
       session(world.now().us),
       params_(params),
       transmission_(arm) {
@@ -47,7 +48,7 @@ void Rig::restart() {
 }
 
 arm_encoders_t Rig::make_encoders() const {
-  const JointVector counts = transmission_.motor_counts(plant.position);
+  const JointVector counts = transmission_.motor_counts(plant.position + home_error_rad);
   arm_encoders_t m{};
   m.utime = world.now().us;
   m.n_motors = arm.size();

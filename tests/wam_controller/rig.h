@@ -61,7 +61,8 @@ class Rig {
   // What the safety board says, and what the encoders lie.
   int8_t safety = arm_encoders_t::SAFETY_ACTIVE;
   std::string fault;
-  int32_t counts_added = 0;  // to the first motor
+  int32_t counts_added = 0;    // to the first motor
+  JointVector home_error_rad;  // the joints are not where their counts say
   bool is_blocked = false, is_silent = false;
 
   std::vector<controller_state_t> states;
