@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace foresight {
 namespace {
@@ -9,6 +10,8 @@ namespace {
 constexpr Duration kMeasuredMaxAge = seconds(1);
 // After letting go, the arm needs at most so long to stop.
 constexpr Duration kSettling = seconds(1);
+// Of what the stamps of others say.
+constexpr Duration kLongestRoundTrip = seconds(5);
 // A pause of the process longer than this is not made up for.
 constexpr double kMaxStep_s = 0.1;
 
@@ -21,7 +24,8 @@ JointCommander::JointCommander(const ArmModel& arm, const JointMapping& mapping,
       options_(options),
       command_rad_(arm.clamp(arm.home(), options.limit_margin_rad)),
       wish_rad_(command_rad_),
-      offset_rad_(JointVector::Zero(arm.size())) {}
+      offset_rad_(JointVector::Zero(arm.size())),
+      velocity_rad_per_s_(options.max_velocity_rad_per_s) {}
 
 bool JointCommander::set_measured(Time arrival, const JointVector& position_rad) {
   if (position_rad.size() != arm_.size() || !position_rad.allFinite()) return false;
@@ -58,12 +62,30 @@ void JointCommander::update(Time now, const DeviceReading& reading, bool engage)
     return;
   }
   limit(wish(reading, step_s));
-  const double reach_rad = options_.max_velocity_rad_per_s * step_s;
+  const double reach_rad = velocity_rad_per_s_ * step_s;
   command_rad_ += (wish_rad_ - command_rad_).cwiseMax(-reach_rad).cwiseMin(reach_rad);
+  if (reading.kind == AxisKind::kVelocity) wish_rad_ = command_rad_;
 }
 
 bool JointCommander::knows_arm(Time now) const {
   return has_measured_ && now - measured_at_ <= kMeasuredMaxAge;
+}
+
+void JointCommander::set_round_trip(Duration round_trip) {
+  round_trip_ = std::clamp(round_trip, Duration{0}, kLongestRoundTrip);
+}
+
+void JointCommander::set_velocity_limit(double limit_rad_per_s) {
+  velocity_rad_per_s_ = options_.max_velocity_rad_per_s;
+  if (limit_rad_per_s > 0) velocity_rad_per_s_ = std::min(velocity_rad_per_s_, limit_rad_per_s);
+}
+
+std::string JointCommander::slowness() const {
+  if (velocity_rad_per_s_ >= options_.max_velocity_rad_per_s) return {};
+  std::ostringstream line;
+  line << "max_velocity_rad_per_s: " << options_.max_velocity_rad_per_s
+       << " is above the limit of the arm's controller, " << velocity_rad_per_s_ << ", which holds";
+  return line.str();
 }
 
 void JointCommander::stand_down() { engaged_ = limited_ = is_settling_ = false; }

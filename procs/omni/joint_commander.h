@@ -17,9 +17,10 @@
 //     with the align velocity, until the arm is where the device points;
 //   relative mode: follow with that offset for good; at a joint limit the offset gives way, so that
 //     turning back moves the joint at once.
-// Deflections are integrated from the first command on.
-// Every engaged command but the first lies within max velocity × time of the one before, and all
-// lie inside the joint limits by the margin. O(joints), nothing throws.
+// Deflections are integrated from the first command on, at what the velocity allows: nothing is
+// left to be made up for when the stick is back at rest. Every engaged command but the first lies
+// within max velocity × time of the one before, and all lie inside the joint limits by the margin.
+// O(joints), nothing throws.
 #pragma once
 
 #include <string>
@@ -48,7 +49,9 @@ class JointCommander {
   /// Where the arm is measured to be. False, and nothing happens, unless it has the arm's joints.
   [[nodiscard]] bool set_measured(Time arrival, const JointVector& position_rad);
   /// How long a message takes to the arm and back.
-  void set_round_trip(Duration round_trip) { round_trip_ = round_trip; }
+  void set_round_trip(Duration round_trip);
+  /// The arm is not faster, whatever the options say; 0: not known. So no command runs ahead of it.
+  void set_velocity_limit(double limit_rad_per_s);
   /// The arm does not follow: the last command means nothing any more.
   void stand_down();
   /// A reading and whether the clutch is on. `now` never goes back.
@@ -59,6 +62,8 @@ class JointCommander {
   const JointVector& position_rad() const { return command_rad_; }
   /// The operator asks for more than the joint limits allow.
   bool is_limited() const { return limited_; }
+  /// One line when the arm is slower than the options allow; else empty.
+  std::string slowness() const;
   /// Why a reading cannot be used, or nothing be engaged; else empty.
   const std::string& problem() const { return problem_; }
 
@@ -79,6 +84,7 @@ class JointCommander {
   JointVector measured_rad_;
   Time measured_at_, released_at_, updated_at_;
   Duration round_trip_{0};
+  double velocity_rad_per_s_;  // the lower one of ours and the arm's
   bool has_measured_ = false, has_updated_ = false;
   bool is_settling_ = false;  // the arm is still on its way to what was commanded last
   bool engaged_ = false, limited_ = false;

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <iostream>
-#include <sstream>
 
 namespace foresight {
 namespace {
 
 constexpr size_t kLongestReason = 200;
+// Without a command for so long the arm's controller takes the operator for gone, usually.
+constexpr Duration kLongestPause = seconds(0.5);
 
 RobotReport read(const controller_state_t& m) {
   return {.time = {m.utime},
@@ -42,6 +43,14 @@ OmniProcess::OmniProcess(Node& node, const OmniParams& params, DeviceMaker make)
        .domain = Domain::kOperator,
        .doc = "whether the arm follows, and whom"},
       Queue::kAll, [this](const controller_state_t& m) { on_controller_state(m); });
+  node.subscribe<joint_command_t>({.channel = "JOINT_COMMAND",
+                                   .domain = Domain::kOperator,
+                                   .doc = "whether somebody else commands at this site",
+                                   .optional = true},
+                                  Queue::kAll, [this](const joint_command_t& m) {
+                                    rivals_.on_command(steady_.at(node_.now()), m.session,
+                                                       session_.session());
+                                  });
   node.every(seconds(1 / params.rate_hz), "read device", [this] { on_tick(); });
 }
 
@@ -76,25 +85,20 @@ void OmniProcess::on_joint_state(const joint_state_t& state) {
   }
   clocks_.add({now, {state.utime}, {state.command_utime}, {state.command_arrival_utime}});
   const auto round_trip = clocks_.round_trip();
-  if (round_trip) {
-    commander_->set_round_trip(
-        std::clamp(*round_trip, Duration{0}, seconds(params_.longest_round_trip_s)));
-  }
+  if (round_trip) commander_->set_round_trip(*round_trip);
   robot_->on_joints(arrival, {state.utime}, {state.command_utime}, round_trip);
 }
 
 void OmniProcess::on_controller_state(const controller_state_t& state) {
-  velocity_limit_rad_per_s_ = state.velocity_limit_rad_per_s;
-  robot_->on_report(steady_.at(node_.now()), read(state));
+  const Time arrival = steady_.at(node_.now());
+  commander_->set_velocity_limit(state.velocity_limit_rad_per_s);
+  robot_->on_report(arrival, read(state));
+  rivals_.on_dropped(arrival, state.commands_of_others);
 }
 
 void OmniProcess::on_tick() {
   const Time now = node_.now(), steady = steady_.at(now);
-  std::string obstacle = robot_->obstacle(steady);
-  if (session_.update(now)) {
-    robot_->begin_session(session_.session());
-    obstacle = "the clock was set back";
-  }
+  const std::string obstacle = find_obstacle(now, steady);
   device_->allow_engaging(obstacle.empty());
   const DeviceReading reading = device_->read(steady);
   const bool was_engaged = commander_->is_engaged();
@@ -106,6 +110,18 @@ void OmniProcess::on_tick() {
   publish_command(now, steady);
   set_metrics();
   report(reading, obstacle);
+}
+
+std::string OmniProcess::find_obstacle(Time now, Time steady) {
+  const Duration longest = std::max(kLongestPause, seconds(3 / params_.rate_hz));
+  const bool has_paused = last_tick_ && steady - *last_tick_ > longest;
+  last_tick_ = steady;
+  if (session_.update(now)) {
+    robot_->begin_session(session_.session());
+    return "the clock was set back";
+  }
+  if (has_paused) return "omni stood still, or the clock was set forward";
+  return robot_->obstacle(steady);
 }
 
 bool OmniProcess::heed_clutch(const DeviceReading& reading, const std::string& obstacle) {
@@ -174,14 +190,9 @@ std::string OmniProcess::find_trouble(const DeviceReading& reading,
   if (!reading.silent && reading.engaged && clutch_.needs_release()) {
     return "let go of the clutch and press it again (" + let_go_because_ + ")";
   }
-  std::ostringstream slower;
-  if (velocity_limit_rad_per_s_ > 0 &&
-      velocity_limit_rad_per_s_ < params_.commander.max_velocity_rad_per_s) {
-    slower << "max_velocity_rad_per_s: " << params_.commander.max_velocity_rad_per_s
-           << " is above the limit of the arm's controller, " << velocity_limit_rad_per_s_;
-  }
-  for (const std::string& trouble : {commander_->problem(), reading.problem, robot_->complaint(),
-                                     clocks_.complaint(), slower.str()}) {
+  for (const std::string& trouble :
+       {commander_->problem(), reading.problem, robot_->complaint(), clocks_.complaint(),
+        rivals_.complaint(*last_tick_), commander_->slowness()}) {
     if (!trouble.empty()) return trouble;
   }
   return {};

@@ -17,6 +17,7 @@
 #include "procs/omni/input_device.h"
 #include "procs/omni/joint_commander.h"
 #include "procs/omni/params.h"
+#include "procs/omni/rival_watch.h"
 #include "procs/omni/robot_watch.h"
 #include "procs/omni/steady_time.h"
 
@@ -39,6 +40,7 @@ class OmniProcess : public Process {
   void on_joint_state(const joint_state_t& state);
   void on_controller_state(const controller_state_t& state);
   void on_tick();
+  std::string find_obstacle(Time now, Time steady);
   bool heed_clutch(const DeviceReading& reading, const std::string& obstacle);
   void publish_device(Time now, const DeviceReading& reading);
   void publish_command(Time now, Time steady);
@@ -56,11 +58,12 @@ class OmniProcess : public Process {
   std::optional<RobotWatch> robot_;
   ClockOffset clocks_;
   SteadyTime steady_;  // of arrivals and of the device: the clock may be set back
+  std::optional<Time> last_tick_;
+  RivalWatch rivals_;
   Clutch clutch_;
   CommandSession session_;
-  std::string let_go_because_;           // since when the clutch has to be let go and pressed again
-  std::string description_;              // of the device, as it was last said
-  double velocity_limit_rad_per_s_ = 0;  // the controller's; 0: not known
+  std::string let_go_because_;  // since when the clutch has to be let go and pressed again
+  std::string description_;     // of the device, as it was last said
   int engagements_ = 0;
 };
 

@@ -26,7 +26,9 @@ class JointCommanderTest : public testing::Test {
     arm_follows_ = true;
   }
   void step(const DeviceReading& reading, bool engage = true) {
-    if (arm_follows_) ASSERT_TRUE(commander_->set_measured(now_, command()));
+    if (arm_follows_) {
+      EXPECT_TRUE(commander_->set_measured(now_, command()));
+    }
     now_ = now_ + kPeriod;
     commander_->update(now_, reading, engage);
   }
@@ -258,6 +260,22 @@ TEST_F(JointCommanderTest, StopsIntegratingAtTheLimits) {
   EXPECT_NEAR(command()[3], arm_.home()[3], 1e-12);
   steps(1, deflections({1, 0, 0, 0, 0, 0, 0, 0}));
   EXPECT_LT(command()[0], 2.6 - options_.limit_margin_rad - 1e-3) << "no wind-up";
+}
+
+// Otherwise the arm would go on when the stick is back at rest, and after the next press.
+TEST_F(JointCommanderTest, DoesNotRunAheadOfASlowerArm) {
+  use({}, gamepad_mapping());
+  commander_->set_velocity_limit(0.15);
+  step(deflections({-1, 0, 0, 0, 0, 0, 0, 0}));
+  const double begin_rad = command()[0];
+  steps(90, deflections({-1, 0, 0, 0, 0, 0, 0, 0}));
+  const double way_rad = 90 * kPeriod_s * 0.15;
+  EXPECT_NEAR(command()[0], begin_rad + way_rad, 1e-9);
+  steps(90, deflections({0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_NEAR(command()[0], begin_rad + way_rad, 1e-9) << "nothing to make up for";
+  commander_->set_velocity_limit(0);
+  steps(30, deflections({-1, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_NEAR(command()[0], begin_rad + way_rad + 30 * kPeriod_s * 0.4, 1e-9);
 }
 
 TEST_F(JointCommanderTest, ADeviceThatHasGoneOrTalksNonsenseIsNotFollowed) {

@@ -23,6 +23,7 @@ class RobotStandIn {
   Duration delay{0};       // each way
   Duration clock_ahead{0};
   double velocity_limit_rad_per_s = 1;
+  int64_t commands_of_others = 0;
 
   explicit RobotStandIn(Simulation* world) : world_(*world) {
     world_.listen(Domain::kOperator, "JOINT_COMMAND", [this](auto bytes) {
@@ -86,6 +87,7 @@ class RobotStandIn {
     state.driver_session = driver_;
     state.needs_release = needs_release_ ? 1 : 0;
     state.velocity_limit_rad_per_s = velocity_limit_rad_per_s;
+    state.commands_of_others = commands_of_others;
     world_.inject(world_.now() + delay, Domain::kOperator, "CONTROLLER_STATE", encode(state));
   }
 
