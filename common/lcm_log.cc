@@ -203,7 +203,8 @@ void require_log(const std::string& path) {
 
 }  // namespace
 
-LogWriter::LogWriter(const std::string& path) : path_(path), partial_(path) {
+LogWriter::LogWriter(const std::string& path, LogPlacement placement)
+    : path_(path), partial_(path) {
   struct stat status {};
   const bool exists = stat(path.c_str(), &status) == 0;
   if (!exists || S_ISREG(status.st_mode)) {
@@ -211,7 +212,7 @@ LogWriter::LogWriter(const std::string& path) : path_(path), partial_(path) {
     std::error_code ignored;
     const auto target = std::filesystem::canonical(path, ignored);  // of a symbolic link
     if (!target.empty()) path_ = target.string();
-    partial_ = path_ + ".partial";
+    partial_ = path_ + (placement == LogPlacement::kWhenWhole ? ".partial" : "");
   }
   file_ = std::fopen(partial_.c_str(), "wbe");
   if (file_ == nullptr) {
@@ -240,10 +241,14 @@ void LogWriter::write(Time time, const std::string& channel, std::span<const uin
   if (std::fwrite(event.data(), 1, event.size(), file_) != event.size()) error_ = errno;
 }
 
+void LogWriter::flush() {
+  if (!has_failed() && std::fflush(file_) != 0) error_ = errno;
+}
+
 void LogWriter::close() {
   FORESIGHT_CHECK(file_ != nullptr);
   // On the disk before the name changes, so that a crash leaves one of the two logs whole.
-  if (!has_failed() && std::fflush(file_) != 0) error_ = errno;
+  flush();
   if (!has_failed() && partial_ != path_ && fsync(fileno(file_)) != 0) error_ = errno;
   if (std::fclose(file_) != 0 && !has_failed()) error_ = errno;
   file_ = nullptr;

@@ -88,21 +88,30 @@ class LogReader {
   int64_t damage_count_ = 0, skipped_bytes_ = 0;
 };
 
-/// Writes events to a temporary file beside `path` (PATH.partial), which close() renames: a run
-/// that fails leaves an earlier log as it was. What is no regular file (/dev/null) is written
-/// directly.
+enum class LogPlacement : uint8_t {
+  /// In a temporary file beside it (PATH.partial), which close() renames: a run that fails leaves
+  /// an
+  /// earlier log as it was.
+  kWhenWhole,
+  /// A recording: one that was cut off is worth having.
+  kAtOnce,
+};
+
+/// Writes a log. What is no regular file (/dev/null) is written directly.
 class LogWriter {
  public:
   /// Throws UnavailableError when the file cannot be written, or when there is one that is not an
   /// LCM log: such a file is somebody's, and was named by mistake.
-  explicit LogWriter(const std::string& path);
-  /// Without close() the log is discarded.
+  explicit LogWriter(const std::string& path, LogPlacement placement = LogPlacement::kWhenWhole);
+  /// Without close() a log that would have been placed when whole is discarded.
   ~LogWriter();
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
 
   /// Does not throw, because it may be called in a handler: see has_failed() and close().
   void write(Time time, const std::string& channel, std::span<const uint8_t> bytes);
+  /// Hands what is buffered to the kernel: others can read it.
+  void flush();
   /// True from the first write that did not succeed (full disk): the rest is not worth the effort.
   bool has_failed() const { return error_ != 0; }
   /// Throws UnavailableError with file and cause when not everything could be written.

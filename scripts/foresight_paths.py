@@ -11,6 +11,11 @@ def build_dir(sanitize=False):
     return pathlib.Path(folder + ("-sanitize" if sanitize else ""))
 
 
+def out_dir():
+    """For what is recorded and deployed: $FORESIGHT_OUT_DIR, else out/ in the checkout."""
+    return pathlib.Path(os.environ.get("FORESIGHT_OUT_DIR") or ROOT / "out").absolute()
+
+
 def program(name):
     """The built program foresight-NAME."""
     return build_dir() / "bin" / f"foresight-{name}"

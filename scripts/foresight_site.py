@@ -4,11 +4,14 @@ A site file lists the two LCM domains and the processes, on one screen. Anything
 understand is refused with one line that names file, key and value.
 """
 import dataclasses
+import datetime
 import pathlib
-import subprocess
+import re
+import reprlib
 
 import yaml
 
+from foresight_cli import EXIT_CONFIG, Failure, captured, one_line
 from foresight_paths import ROOT, program
 
 SITE_KEYS = {"robot_url", "operator_url", "clock", "external", "processes"}
@@ -18,10 +21,17 @@ CHOICES = {"site": ("robot", "operator"), "clock": ("wall", "published"),
            "start": ("first", "last"),
            "restart": ("always", "on_failure", "never")}
 DOMAINS = ("robot", "operator")
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,62}")  # of processes, programs and channels
+# What the YAML library raises for texts that are none, besides its own error.
+NOT_YAML = (yaml.YAMLError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError,
+            ValueError)
 
 
-class SiteError(Exception):
+class SiteError(Failure):
     """One line for people."""
+
+    def __init__(self, line):
+        super().__init__(line, EXIT_CONFIG)
 
 
 @dataclasses.dataclass
@@ -54,6 +64,7 @@ class Site:
     operator_url: str
     external: dict  # domain -> channels that tools and people publish
     processes: list
+    elsewhere: list = dataclasses.field(default_factory=list)  # those that another host runs
 
     def find(self, name):
         for process in self.processes:
@@ -70,7 +81,7 @@ class StrictLoader(yaml.SafeLoader):
         keys = [self.construct_object(key, deep=True) for key, _ in node.value]
         for key in keys:
             if keys.count(key) > 1:
-                raise SiteError(f"{self.name}: {key}: given twice")
+                raise SiteError(f"{self.name}: {shown(key)}: given twice")
         return super().construct_mapping(node, deep)
 
 
@@ -83,74 +94,130 @@ def find_site_file(name):
     raise SiteError(f"there is no site '{name}'; there are: {known}, or give a file")
 
 
+def shown(value):
+    """A value of any kind and size, in few words."""
+    if value is None:
+        return "nothing"
+    try:
+        return f"'{one_line(value if isinstance(value, str) else reprlib.repr(value), 60)}'"
+    except ValueError:
+        return "a huge number"  # Python refuses to print some
+
+
 def require_map(value, where):
     if value is None:
         return {}
     if not isinstance(value, dict):
-        raise SiteError(f"{where}: must be a map of 'key: value', is '{value}'")
+        raise SiteError(f"{where}: must be a map of 'key: value', is {shown(value)}")
+    return value
+
+
+def require_text(value, where, pattern=None):
+    """A text that can stand on a command line, and as a whole match the pattern."""
+    if not isinstance(value, str) or not value:
+        raise SiteError(f"{where}: must be a text, is {shown(value)}")
+    if not all(c.isprintable() for c in value):
+        raise SiteError(f"{where}: has characters that cannot be printed: {shown(value)}")
+    if pattern and not pattern.fullmatch(value):
+        raise SiteError(f"{where}: {shown(value)} must be of letters, digits, '_', '-' and '.'")
     return value
 
 
 def refuse_unknown(entries, known, where):
     for key in entries:
         if key not in known:
-            raise SiteError(f"{where}{key}: unknown key; known: {', '.join(sorted(known))}")
+            raise SiteError(f"{where}{one_line(key, 60)}: unknown key; "
+                            f"known: {', '.join(sorted(known))}")
+
+
+def choose(value, key, where):
+    if value not in CHOICES[key]:
+        raise SiteError(f"{where}{key}: {shown(value)} is not one of {', '.join(CHOICES[key])}")
+    return value
 
 
 def parameter_text(value, where):
     if isinstance(value, bool):
         return "true" if value else "false"
-    if value is None or isinstance(value, (dict, list)):
-        raise SiteError(f"{where}: must be one value, is '{value}'")
-    return str(value)
+    if isinstance(value, int) and abs(value) < 10**18:
+        return str(value)
+    if isinstance(value, (float, datetime.date)):
+        return str(value)
+    if value == "":
+        return value
+    if not isinstance(value, str):
+        raise SiteError(f"{where}: must be one value, is {shown(value)}")
+    return require_text(value, where)
+
+
+def read_params(entries, where):
+    params = {}
+    for key, value in require_map(entries, where).items():
+        key = require_text(key, f"{where}: a key", NAME)
+        params[key] = parameter_text(value, f"{where}.{key}")
+    return params
+
+
+def read_external(root, path):
+    """{domain: [channel]} that tools and people publish."""
+    entries = require_map(root.get("external"), f"{path}: external")
+    refuse_unknown(entries, DOMAINS, f"{path}: external.")
+    external = {}
+    for domain, channels in entries.items():
+        where = f"{path}: external.{domain}"
+        if channels is not None and not isinstance(channels, list):
+            raise SiteError(f"{where}: must be a list of channels, is {shown(channels)}")
+        external[domain] = [require_text(channel, where, NAME) for channel in channels or []]
+    return external
 
 
 def read_process(name, entry, path, clock):
+    require_text(name, f"{path}: processes: a name", NAME)
     where = f"{path}: processes.{name}."
     entry = require_map(entry, where[:-1])
     refuse_unknown(entry, PROCESS_KEYS, where)
     values = {"site": "robot", "clock": clock, "start": "first", "restart": "on_failure",
               **entry}
-    for key, choices in CHOICES.items():
-        if values[key] not in choices:
-            raise SiteError(f"{where}{key}: '{values[key]}' is not one of {', '.join(choices)}")
+    for key in CHOICES:
+        choose(values[key], key, where)
     nice = entry.get("nice", 0)
     if isinstance(nice, bool) or not isinstance(nice, int) or not 0 <= nice <= LARGEST_NICE:
         raise SiteError(f"{where}nice: must be a whole number from 0 to {LARGEST_NICE}, "
-                        f"is '{nice}'")
-    params_file = entry.get("params_file") or ""
-    if params_file:
+                        f"is {shown(nice)}")
+    params_file = entry.get("params_file")
+    if params_file is not None:
+        require_text(params_file, f"{where}params_file")
         params_file = str((path.parent / params_file).resolve())
-    params = {key: parameter_text(value, f"{where}params.{key}")
-              for key, value in require_map(entry.get("params"), f"{where}params").items()}
-    return Process(name, entry.get("program", name), values["site"], values["clock"],
-                   values["start"], values["restart"], nice, params_file, params)
+    return Process(name, require_text(entry.get("program", name), f"{where}program", NAME),
+                   values["site"], values["clock"], values["start"], values["restart"], nice,
+                   params_file or "", read_params(entry.get("params"), f"{where}params"))
+
+
+def load_yaml(path):
+    try:
+        with open(path, encoding="utf-8") as file:
+            return yaml.load(file, StrictLoader)
+    except OSError as error:
+        raise SiteError(f"{path}: {error.strerror}") from error
+    except NOT_YAML as error:
+        raise SiteError(f"{path}: not YAML: {error}") from error
 
 
 def read_site(path):
     """Reads a site file; raises SiteError."""
     path = pathlib.Path(path)
-    try:
-        with open(path, encoding="utf-8") as file:
-            root = require_map(yaml.load(file, StrictLoader), str(path))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise SiteError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
-    except OSError as error:
-        raise SiteError(f"{path}: {error.strerror}") from error
+    root = require_map(load_yaml(path), str(path))
     refuse_unknown(root, SITE_KEYS, f"{path}: ")
     for key in ("robot_url", "operator_url"):
-        if not isinstance(root.get(key), str):
+        if not root.get(key):
             raise SiteError(f"{path}: {key}: missing, e.g. udpm://239.255.76.67:7667?ttl=0")
-    external = require_map(root.get("external"), f"{path}: external")
-    refuse_unknown(external, DOMAINS, f"{path}: external.")
-    clock = root.get("clock", "wall")
-    if clock not in CHOICES["clock"]:
-        raise SiteError(f"{path}: clock: '{clock}' is not one of {', '.join(CHOICES['clock'])}")
+        require_text(root[key], f"{path}: {key}")
+    clock = choose(root.get("clock", "wall"), "clock", f"{path}: ")
     processes = [read_process(name, entry, path, clock)
                  for name, entry in require_map(root.get("processes"), f"{path}: processes").items()]
     if not processes:
         raise SiteError(f"{path}: processes: missing")
-    return Site(path, root["robot_url"], root["operator_url"], external, processes)
+    return Site(path, root["robot_url"], root["operator_url"], read_external(root, path), processes)
 
 
 def apply_assignment(site, text):
@@ -159,7 +226,8 @@ def apply_assignment(site, text):
     name, dot, key = target.partition(".")
     if not equals or not dot or not key:
         raise SiteError(f"--set {text}: must be PROCESS.KEY=VALUE")
-    site.find(name).params[key] = value
+    params = site.find(name).params
+    params[key] = parameter_text(value, f"--set {name}.{key}")
 
 
 def describe(site, process):
@@ -168,12 +236,15 @@ def describe(site, process):
     if not path.exists():
         raise SiteError(f"{site.path}: {process.name}: there is no program {path} "
                         f"(scripts/build builds everything)")
-    result = subprocess.run(process.command(site) + ["--describe"], capture_output=True, text=True,
-                            check=False)
+    result = captured(process.command(site) + ["--describe"])
     if result.returncode != 0:
         lines = result.stderr.strip().splitlines() or [f"exit code {result.returncode}"]
         raise SiteError(f"{site.path}: {lines[-1]}")
-    return yaml.safe_load(result.stdout)
+    try:
+        return yaml.safe_load(result.stdout)
+    except NOT_YAML as error:
+        raise SiteError(f"{site.path}: {process.name}: {path} --describe is not YAML: "
+                        f"{error}") from error
 
 
 def unfed_inputs(site, descriptions):

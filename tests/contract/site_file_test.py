@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Site files are read strictly: each error is one line that names file, key and value."""
+import os
 import pathlib
 import sys
 import tempfile
@@ -12,6 +13,26 @@ import foresight_site  # noqa: E402  (the scripts are no package)
 from foresight_site import SiteError  # noqa: E402
 
 URLS = "robot_url: 'udpm://239.255.76.67:7667?ttl=0'\noperator_url: 'udpm://239.255.76.68:7668'\n"
+
+
+# Values that may stand where another one belongs, as YAML text.
+WRONG = ["5", "-1", "1.5", ".nan", "true", "null", "''", "text", "[]", "[1]", "[[a]]", "{}", "{a: 1}",
+         "{a: {b: [c]}}", "2020-01-01", "2020-13-45", r'"\0"', r'"\ud800"', r'"a\nb"', r'"\e[2J"',
+         "!!binary aGFsbG8=", "!!python/object:os.system x", "&a [*a]", "9" * 5000,
+         "'%s %(here)s %'", "!!float x", "!!int []", "<<: [*b]", "? [a] : b", "text\0", "\udcff"]
+HUGE = ["0x" + "f" * 30000, "[" * 700 + "]" * 700]  # slow to read
+# Where something belongs, marked with @.
+PLACES = ["@", "robot_url: @\noperator_url: udpm://\nprocesses: {link: {}}",
+          "robot_url: udpm://\noperator_url: @\nprocesses: {link: {}}"]
+PLACES += [URLS + text for text in (
+    "processes: @", "processes: {@: {}}", "processes: {link: @}", "@: 1",
+    "clock: @\nprocesses: {link: {}}", "external: @\nprocesses: {link: {}}",
+    "external: {robot: @}\nprocesses: {link: {}}", "external: {robot: [@]}\nprocesses: {link: {}}",
+    "external: {@: []}\nprocesses: {link: {}}", "processes: {link: {@: 1}}",
+    "processes: {link: {params: {@: 1}}}", "processes: {link: {params: {seed: @}}}",
+    "processes: {link: {params: {to_operator_channels: @}}}")]
+PLACES += [URLS + f"processes: {{link: {{{key}: @}}}}" for key in (
+    "program", "site", "clock", "start", "restart", "nice", "params_file", "params")]
 
 
 class SiteFile(unittest.TestCase):
@@ -114,6 +135,40 @@ class SiteFile(unittest.TestCase):
         descriptions = {"link": foresight_site.describe(site, site.processes[0])}
         self.assertEqual(foresight_site.unfed_inputs(site, descriptions),
                          ["link listens to MESH (robot domain), which nobody publishes"])
+
+    def test_any_value_in_any_place_is_read_or_refused_in_a_line(self):
+        for place in PLACES:
+            for wrong in WRONG + (HUGE if place == PLACES[-1] else []):
+                text = place.replace("@", wrong)
+                self.path.write_bytes(text.encode("utf-8", "surrogateescape"))
+                try:
+                    site = foresight_site.read_site(self.path)
+                    for process in site.processes:  # what is read can stand on a command line
+                        for word in process.command(site):
+                            self.assertTrue(os.fsencode(word) and "\0" not in word, text[:200])
+                except SiteError as error:
+                    line = str(error)
+                    self.assertIn("test.yaml", line)
+                    self.assertTrue(line.isprintable() and len(line) < 2000, repr(line)[:300])
+
+    def test_what_is_wrong_is_named(self):
+        self.assert_refused(URLS + "external: {robot: 5}\nprocesses: {link: {}}\n",
+                            "external.robot", "list of channels", "5")
+        self.assert_refused(URLS + "processes: {link: {params_file: [1]}}\n",
+                            "link.params_file", "[1]")
+        self.assert_refused(URLS + "processes: {link: {program: 7}}\n", "link.program", "7")
+        self.assert_refused(URLS + "processes: {7: {}}\n", "name", "7")
+        self.assert_refused(URLS + "processes: {'a b': {}}\n", "a b", "letters")
+        self.assert_refused("robot_url: 7\noperator_url: a\nprocesses: {link: {}}\n",
+                            "robot_url", "7")
+
+    def test_a_parameter_file_of_any_bytes_is_refused_in_a_line(self):
+        for data in (b"seed: \xe9\n", b"\x1b[2J: 1\n", b"seed: [1\n", b"- 1\n"):
+            (pathlib.Path(self.folder.name) / "link.yaml").write_bytes(data)
+            site = self.read(URLS + "processes: {link: {params_file: link.yaml}}\n")
+            with self.assertRaises(SiteError) as caught:
+                foresight_site.describe(site, site.processes[0])
+            self.assertTrue(str(caught.exception).isprintable(), repr(str(caught.exception)))
 
     def test_there_is_no_such_site(self):
         with self.assertRaises(SiteError) as caught:

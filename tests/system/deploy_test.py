@@ -7,7 +7,9 @@ import subprocess
 import tempfile
 import unittest
 
-from swarm import ROOT, Monitor, Swarm, is_running, wait_for, write_tiny_sequence
+from foreign import HealthSender
+from swarm import (OWNER, ROOT, Monitor, Swarm, identity, is_running, run, wait_for,
+                   write_tiny_sequence)
 
 OTHERS = """
   carver: {}
@@ -80,6 +82,90 @@ class Deploy(unittest.TestCase):
         self.assertIn("/nowhere", result.stderr)
         self.assertEqual(swarm.supervisor.members(), {}, "nothing half-started stays")
         self.assertIsNone(swarm.supervisor.pid())
+
+    def test_a_run_directory_may_have_any_name(self):
+        for name in ("50 % done", "a;b #c", "it's \"it\"", "%(here)s", "ünï"):
+            swarm = self.swarm("  carver: {}\n")
+            swarm.move_run_dir(name)
+            swarm.up()
+            self.assertEqual(swarm.deploy("status").returncode, 0)
+            self.assertIn("no map yet", swarm.deploy("logs", "carver").stdout)
+            self.assertIn("(1 processes ended)", swarm.deploy("down").stdout)
+            self.assertEqual(swarm.supervisor.members(), {})
+
+    def test_a_parameter_may_have_any_text(self):
+        swarm = self.swarm("  eye: {program: camera, params: {source: '/no/%s ;a #b $HOME `x`'}}\n")
+        result = swarm.deploy("up")
+        self.assertEqual(result.returncode, 69, result.stderr)
+        self.assertIn("/no/%s ;a #b $HOME `x`", result.stderr)
+
+    def test_a_run_directory_that_cannot_be_written_is_named(self):
+        swarm = self.swarm("  carver: {}\n")
+        for path in ("/proc/nowhere", str(swarm.site) + "/below"):
+            result = run(ROOT / "scripts" / "deploy", "up", swarm.site, "--run-dir", path)
+            self.assertEqual(result.returncode, 69, result.stderr)
+            self.assertIn(path, result.stderr)
+            self.assertNotIn("answer", result.stderr)
+            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+
+    def test_a_second_swarm_on_the_same_urls_is_refused(self):
+        first, second = (self.swarm("  carver: {}\n  link: {}\n") for _ in range(2))
+        first.up()
+        pids = first.pids()
+        refused = second.deploy("up")
+        self.assertEqual(refused.returncode, 69, refused.stdout)
+        self.assertEqual(len(refused.stderr.splitlines()), 1, refused.stderr)
+        for name in ("carver", "link"):
+            self.assertIn(f"{name} (pid {pids[name]})", refused.stderr)
+        self.assertEqual(second.supervisor.members(), {})
+        self.assertIsNone(second.supervisor.pid())
+        self.assertEqual(first.pids(), pids, "the first one goes on")
+        self.assertEqual(first.deploy("status").returncode, 0)
+
+        forced = second.deploy("up", "--force")
+        self.assertEqual(forced.returncode, 0, forced.stderr)
+        status = first.deploy("status")
+        self.assertEqual(status.returncode, 69, "two commanders are not well")
+        self.assertIn("not of this site", status.stdout)
+        self.assertIn(f"carver (pid {second.pids()['carver']})", status.stdout)
+        self.assertNotIn(f"(pid {pids['carver']})", status.stdout)
+
+    def test_a_swarm_beside_others_on_the_same_urls_is_not_refused(self):
+        """The other host of a site, and what people run by hand."""
+        first, second = self.swarm("  carver: {}\n"), self.swarm("  link: {}\n")
+        first.up()
+        second.up()
+        self.assertEqual(second.deploy("status").returncode, 0)
+
+    def test_what_a_killed_script_left_is_ended_by_the_next_up(self):
+        swarm = self.swarm("  carver: {}\n")
+        with subprocess.Popen(["sleep", "600"]) as owner:
+            environment = os.environ | {OWNER: identity(owner.pid)}
+            self.assertEqual(swarm.deploy("up", env=environment).returncode, 0)
+            pids = swarm.pids()
+            self.assertEqual(swarm.deploy("up").returncode, 69, "its owner lives")
+            other = os.environ | {OWNER: identity(os.getpid())}
+            self.assertEqual(swarm.deploy("down", env=other).returncode, 0)
+            self.assertEqual(swarm.pids(), pids, "a script takes down its own site only")
+            owner.kill()
+        result = swarm.deploy("up")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("left by a script that was killed", result.stdout)
+        self.assertFalse(is_running(pids["carver"]))
+
+    def test_health_of_any_bytes_is_shown(self):
+        swarm = self.swarm("  carver: {}\n")
+        swarm.up()
+        for reason in (b"\xff\xfe caf\xe9 word", b"\x1b[2J\x07\r\n word", b"\xed\xa0\x80 word",
+                       b"word" * 3000, b'"\\u0000\\ word'):
+            for process in (b"carver", b"\xe9\x1b"):
+                with HealthSender(process, reason):
+                    status = swarm.deploy("status")
+                    self.assertIn("carver", status.stdout)
+                    self.assertEqual("word" in status.stdout, process == b"carver", status.stdout)
+                    self.assertTrue(all(line.isprintable() for line in status.stdout.splitlines()),
+                                    repr(status.stdout))
+                    self.assertEqual(status.stderr, "")
 
     def test_a_host_without_multicast_is_told_what_mends_it(self):
         swarm = self.swarm("  carver: {}\n")

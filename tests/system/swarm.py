@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 from foresight_paths import build_dir, program  # noqa: E402  (the scripts are no package)
-from foresight_supervisor import Supervisor, is_running  # noqa: E402
+from foresight_supervisor import OWNER, Supervisor, identity, is_running  # noqa: E402
 
 ROBOT_URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 OPERATOR_URL = "udpm://239.255.76.68:7668?ttl=0&recv_buf_size=4194304"
@@ -34,10 +34,10 @@ def wait_for(condition, timeout_s, what):
     raise AssertionError(f"not within {timeout_s} s: {what() if callable(what) else what}")
 
 
-def run(*command, timeout_s=120):
+def run(*command, timeout_s=120, **options):
     """A finished command with its text output."""
     return subprocess.run([str(word) for word in command], capture_output=True, text=True,
-                          timeout=timeout_s, check=False)
+                          timeout=timeout_s, check=False, **options)
 
 
 def write_png(path, width_px, height_px, pixel):
@@ -131,9 +131,14 @@ class Swarm:
         self.run_dir = self.folder / "run"
         self.supervisor = Supervisor(self.run_dir)
 
-    def deploy(self, command, *arguments):
+    def move_run_dir(self, name):
+        """Before it is up."""
+        self.run_dir = self.folder / name
+        self.supervisor = Supervisor(self.run_dir)
+
+    def deploy(self, command, *arguments, **options):
         return run(ROOT / "scripts" / "deploy", command, self.site, "--run-dir", self.run_dir,
-                   *arguments)
+                   *arguments, **options)
 
     def up(self, *arguments):
         result = self.deploy("up", *arguments)
@@ -173,5 +178,5 @@ def utimes(events, channel):
     return [struct.unpack_from(">q", data, 8)[0] for name, data in events if name == channel]
 
 
-__all__ = ["Monitor", "ROOT", "Swarm", "URLS", "build_dir", "is_running", "program", "read_log",
+__all__ = ["Monitor", "OWNER", "ROOT", "Swarm", "URLS", "build_dir", "identity", "is_running", "program", "read_log",
            "run", "utimes", "wait_for", "write_lab_sequence", "write_tiny_sequence"]
