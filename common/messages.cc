@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace foresight {
 namespace {
@@ -17,18 +18,17 @@ std::vector<double> wxyz(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.
 // A map whose coordinates exceed this is broken: squares of them must not overflow.
 constexpr double kMaxCoordinate_mu = 1e9;
 
-// Beyond these no lens and no sensor is; what is within computes without overflow.
+// What a lens can be, and a camera file may say (camera_file.cc): 16 to 8192 px, a centre within one
+// image of the image, a focal length that is some angle, pixels that are nearly square, and numbers
+// from which finite rays come.
 bool is_possible(const CameraModel& c) {
-  constexpr double kMax_px = 1e6, kMaxDistortion = 1e3;
-  for (const double f : {c.fx_px, c.fy_px}) {
-    if (!(f >= 1 && f <= kMax_px)) return false;
-  }
-  for (const double centre : {c.cx_px, c.cy_px}) {
-    if (!(std::abs(centre) <= kMax_px)) return false;
-  }
-  return c.width_px >= 16 && c.height_px >= 16 &&
+  const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
+  const double width = c.width_px, height = c.height_px;
+  return within(width, 16, 8192) && within(height, 16, 8192) && within(c.fx_px, 1, 1e5) &&
+         within(c.fy_px, 1, 1e5) && within(c.fx_px / c.fy_px, 0.2, 5) &&
+         within(c.cx_px, -width, 2 * width) && within(c.cy_px, -height, 2 * height) &&
          std::all_of(c.distortion.begin(), c.distortion.end(),
-                     [](double k) { return std::abs(k) <= kMaxDistortion; });
+                     [&](double k) { return within(k, -100, 100); });
 }
 
 // Starts a new part when the current one is full.

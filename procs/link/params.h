@@ -11,7 +11,7 @@ struct LinkParams {
   ShaperOptions to_operator{.delay_s = 0.15};
   ShaperOptions to_robot{.delay_s = 0.15};
   std::string to_operator_channels =
-      "CAMERA_INFO VIEW MESH JOINT_STATE CONTROLLER_STATE ALIGNMENT BASE_POSE HEALTH";
+      "CAMERA_INFO VIEW MESH JOINT_STATE CONTROLLER_STATE ALIGNMENT BASE_POSE SLAM_ANSWER HEALTH";
   std::string to_robot_channels = "JOINT_COMMAND SNAPSHOT_REQUEST SLAM_COMMAND";
   double queue_limit_mb = 128;
   int seed = 1;

@@ -1,8 +1,7 @@
 #include "procs/slam/map_folder.h"
 
-#include <unistd.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include <sstream>
 
 #include "common/errors.h"
+#include "procs/slam/folder_swap.h"
 
 namespace foresight {
 namespace {
@@ -85,7 +85,8 @@ PlacesPerKeyframe places_of(const StoredMap& map) {
   return places;
 }
 
-void write_images(const StoredMap& map, const PlacesPerKeyframe& places, const fs::path& path) {
+void write_image_table(const StoredMap& map, const PlacesPerKeyframe& places,
+                       const fs::path& path) {
   Writer file(path);
   file.line("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
   file.line("# POINTS2D[] as (X, Y, POINT3D_ID)");
@@ -192,24 +193,41 @@ void write_extra(const StoredMap& map, const fs::path& path) {
   file.close();
 }
 
-void write_parts(const StoredMap& map, const fs::path& part) {
+// Encoded in memory, so that a disk that fills up is noticed.
+void write_image(const cv::Mat& image, const fs::path& path) {
+  std::vector<uint8_t> bytes;
+  try {
+    cv::imencode(".png", image, bytes);
+  } catch (const cv::Exception&) {  // the library's way to say that it cannot
+  }
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  if (bytes.empty() || !file) throw UnavailableError(path.string() + ": cannot be written");
+}
+
+void write_images(const StoredMap& map, const fs::path& part, const WrittenImages& earlier) {
   std::error_code error;
-  fs::create_directories(part / "images", error);
+  fs::create_directory(part / "images", error);
   if (error) throw UnavailableError(part.string() + ": " + error.message());
   for (const StoredMap::Keyframe& k : map.keyframes) {
-    const std::string name = (part / "images" / image_name(k.id)).string();
-    bool written = false;
-    try {
-      written = cv::imwrite(name, k.image);
-    } catch (const cv::Exception&) {  // the library's way to say that it cannot
+    const fs::path path = part / "images" / image_name(k.id);
+    const auto it = earlier.images.find(k.id);
+    if (it != earlier.images.end() && it->second.data == k.image.data) {
+      fs::create_hard_link(fs::path(earlier.folder) / "images" / path.filename(), path, error);
+      if (!error) continue;  // a file system without links: as if it were new
     }
-    if (!written) throw UnavailableError(name + ": cannot be written");
+    write_image(k.image, path);
   }
-  write_cameras(map.camera, part / "cameras.txt");
-  write_images(map, places_of(map), part / "images.txt");
-  write_points(map, part / "points3D.txt");
-  write_trajectory(map, part / "trajectory.txt");
-  write_extra(map, part / "foresight.txt");
+}
+
+constexpr std::array kTextFiles = {"cameras.txt", "images.txt", "points3D.txt", "trajectory.txt",
+                                   "foresight.txt"};
+
+bool is_image_name(const std::string& name) {
+  return name.size() >= 10 && name.ends_with(".png") &&
+         name.find_first_not_of("0123456789") == name.size() - 4;
 }
 
 cv::Mat read_gray(const std::string& path) {
@@ -334,41 +352,47 @@ class Reader {
 
 }  // namespace
 
-void write_map_folder(const StoredMap& map, const std::string& folder) {
-  if (map.keyframes.size() < 2) throw UnavailableError(folder + ": there is no map to save yet");
-  fs::path target = folder;
-  if (!target.has_filename()) target = target.parent_path();  // a slash at the end
-  std::error_code error;
-  const bool taken =
-      fs::exists(target, error) &&
-      !(fs::is_directory(target, error) &&
-        (fs::is_empty(target, error) || fs::exists(target / "foresight.txt", error)));
-  if (taken || error) throw UnavailableError(target.string() + ": exists and is no map folder");
-  // Beside it, under names that nobody else uses.
-  const std::string mark = "." + std::to_string(getpid());
-  const fs::path part = target.parent_path() / ("." + target.filename().string() + ".part" + mark);
-  const fs::path old = target.parent_path() / ("." + target.filename().string() + ".old" + mark);
-  if (fs::exists(part, error) || fs::exists(old, error)) {
-    throw UnavailableError(part.string() + " or " + old.string() + " is left over: remove it");
+IsOwn own_map_files(const fs::path& folder) {
+  std::ifstream file(folder / "foresight.txt");
+  std::string line, kind;
+  const bool is_map = std::getline(file, line) && line == kExtraHeader;
+  std::set<std::string> images;
+  while (is_map && std::getline(file, line)) {
+    int32_t id = -1;
+    std::istringstream words(line);
+    if (words >> kind && kind == "keyframe" && words >> id) images.insert(image_name(id));
   }
-  try {
-    write_parts(map, part);
-  } catch (const StartupError&) {
-    fs::remove_all(part, error);
-    throw;
-  }
-  const bool replaces = fs::exists(target, error);
-  if (replaces) fs::rename(target, old, error);
-  if (!error) fs::rename(part, target, error);
-  if (error) {
-    std::error_code ignored;
-    if (replaces && !fs::exists(target, ignored)) fs::rename(old, target, ignored);
-    fs::remove_all(part, ignored);
-    throw UnavailableError(target.string() + ": " + error.message());
-  }
-  fs::remove_all(old, error);
+  const bool is_part = folder.filename().string().starts_with(".");
+  return [is_map, is_part, images](const fs::path& relative, bool is_folder) {
+    const std::string name = relative.filename().string();
+    if (is_folder) return relative == "images";
+    if (relative.parent_path() == "images") {
+      return images.contains(name) || (is_part && is_image_name(name));
+    }
+    return (is_map || is_part) && relative == name &&
+           std::find(kTextFiles.begin(), kTextFiles.end(), name) != kTextFiles.end();
+  };
 }
 
-StoredMap read_map_folder(const std::string& folder) { return Reader(folder).read(); }
+void write_core_files(const StoredMap& map, const fs::path& part, const WrittenImages& earlier) {
+  write_images(map, part, earlier);
+  write_extra(map, part / "foresight.txt");
+}
+
+void write_map_folder(const StoredMap& map, const std::string& folder) {
+  if (map.keyframes.size() < 2) throw UnavailableError(folder + ": there is no map to save yet");
+  replace_folder(folder, own_map_files, Durability::kSurvivesPowerLoss, [&](const fs::path& part) {
+    write_cameras(map.camera, part / "cameras.txt");
+    write_image_table(map, places_of(map), part / "images.txt");
+    write_points(map, part / "points3D.txt");
+    write_trajectory(map, part / "trajectory.txt");
+    write_core_files(map, part, {});
+  });
+}
+
+StoredMap read_map_folder(const std::string& folder) {
+  mend_folder(folder);
+  return Reader(folder).read();
+}
 
 }  // namespace foresight

@@ -11,18 +11,36 @@
 // that was saved.
 #pragma once
 
+#include <filesystem>
+#include <map>
+#include <opencv2/core.hpp>
 #include <string>
 
+#include "procs/slam/folder_swap.h"
 #include "procs/slam/stored_map.h"
 
 namespace foresight {
 
 /// Writes into a new folder beside it and puts that in the place of `folder`, which must not exist,
-/// be empty or be a map folder. Throws UnavailableError that names the file; nothing is lost then.
+/// be empty or be a map folder in which nobody else has put anything. Throws UnavailableError that
+/// names the file; nothing is lost then.
 void write_map_folder(const StoredMap& map, const std::string& folder);
 
 /// Throws ConfigError with file, line and what is wrong: nothing is believed that does not fit
 /// together.
 StoredMap read_map_folder(const std::string& folder);
+
+/// The files of a map folder: those that its foresight.txt names.
+IsOwn own_map_files(const std::filesystem::path& folder);
+
+/// Images that lie in a folder already: those very ones are linked instead of written again.
+struct WrittenImages {
+  std::string folder;
+  std::map<int32_t, cv::Mat> images;  // by keyframe
+};
+
+/// Only what read_map_folder() needs, into a folder that is there.
+void write_core_files(const StoredMap& map, const std::filesystem::path& part,
+                      const WrittenImages& earlier);
 
 }  // namespace foresight

@@ -12,6 +12,8 @@ struct SlamParams {
   double view_rate_hz = 30;
   double mapping_cost_s = 0.1;
   std::string map_folder;
+  std::string map_root;
+  double keep_map_every_s = 10;
 
   template <class V>
   void visit(V& v) {
@@ -56,6 +58,15 @@ struct SlamParams {
       {.unit = "Hz", .min = 0.1, .max = 1000, .doc = "VIEW messages per second at most"});
     v("map_folder", map_folder,
       {.doc = "a saved map to start with (slam-map save); empty: start from nothing"});
+    v("map_root", map_root,
+      {.doc = "folder below which slam-map saves and loads; empty: $XDG_DATA_HOME/foresight/maps, "
+              "else ~/.local/share/foresight/maps"});
+    v("keep_map_every_s", keep_map_every_s,
+      {.unit = "s",
+       .min = 0,
+       .max = 3600,
+       .doc = "how often at most the map is kept below map_root, for slam to go on in it after a "
+              "crash; 0, in replay and on a simulated clock: never"});
     v("mapping_cost_s", mapping_cost_s,
       {.unit = "s",
        .min = 0,

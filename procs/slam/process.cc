@@ -9,19 +9,36 @@
 
 namespace foresight {
 namespace {
+
 constexpr Duration kRelocalisedShown = seconds(3);  // in the health, which comes once a second
+constexpr Duration kDoubtShown = seconds(5);
+constexpr double kLossShown = 0.1;     // share of the images of five seconds
+constexpr int64_t kLossImages = 5;     // fewer are no trouble
+constexpr int64_t kSourceChanges = 3;  // in five seconds: more than one source
+constexpr Duration kHintAge = seconds(1);
+constexpr double kFarthest_mu = 1e6;  // scenes are about 1 mu deep
+
+void append(std::string* reasons, const std::string& reason) {
+  if (!reason.empty()) *reasons += (reasons->empty() ? "" : "; ") + reason;
 }
 
-SlamProcess::SlamProcess(Node& node, const SlamParams& params)
+}  // namespace
+
+SlamProcess::SlamProcess(Node& node, const SlamParams& params,
+                         const std::optional<RunIdentity>& run)
     : node_(node),
       params_(params),
       poses_(node.advertise<camera_pose_t>(
           {.channel = "CAMERA_POSE", .rate_hz = 30, .doc = "pose of every frame, or why not"})),
       views_(node.advertise<view_t>(
           {.channel = "VIEW", .rate_hz = params.view_rate_hz, .doc = "frame with its pose"})),
+      answers_(node.advertise<slam_answer_t>(
+          {.channel = "SLAM_ANSWER", .doc = "what became of an order to slam"})),
       deltas_(node.advertise<map_delta_t>(
                   {.channel = "MAP_DELTA", .doc = "changed keyframes, points and observations"}),
-              node.now()) {
+              node.now()),
+      shelf_(params.map_root),
+      run_(run) {
   if (!params.map_folder.empty()) start_map_ = read_map_folder(params.map_folder);
   node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"},
                                 Queue::kLatest,
@@ -37,65 +54,93 @@ SlamProcess::SlamProcess(Node& node, const SlamParams& params)
   node.subscribe<snapshot_request_t>(
       {.channel = "SNAPSHOT_REQUEST", .doc = "asks for the whole map"}, Queue::kAll,
       [this](const snapshot_request_t& m) { on_request(m); });
-  node.every(seconds(1), "input watch", [this] {
-    if (node_.now() - last_arrival_ <= seconds(1)) return;
-    const bool rejecting = node_.now() - last_rejection_ <= seconds(1);
-    node_.set_state(ProcessState::kWaiting, !camera_ ? "no CAMERA_INFO yet"
-                                            : rejecting
-                                                ? "every IMAGE is rejected: it " + rejection_
-                                                : "no IMAGE arrives");
-  });
+  node.every(seconds(1), "input watch", [this] { watch_input(); });
+}
+
+void SlamProcess::watch_input() {
+  if (node_.now() - last_arrival_ <= seconds(1) || reading_kept_) return;
+  const bool rejecting = node_.now() - last_rejection_ <= seconds(1);
+  node_.set_state(ProcessState::kWaiting, !camera_.camera() ? "no CAMERA_INFO yet"
+                                          : rejecting ? "every IMAGE is rejected: it " + rejection_
+                                                      : "no IMAGE arrives");
 }
 
 void SlamProcess::on_camera_info(const camera_info_t& message) {
-  const auto camera = from_message(message);
-  if (!camera) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
-  if (camera_ && *camera == *camera_) return;
-  camera_ = camera;
-  slam_ = std::make_unique<Slam>(*camera_, params_.options);
+  const auto stated = from_message(message);
+  if (!stated) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
+  switch (camera_.offer(node_.now(), *stated)) {
+    case CameraVerdict::kSame:
+      return;
+    case CameraVerdict::kDoubted:
+      last_doubt_ = node_.now();
+      return node_.reject_message("CAMERA_INFO", "contradicts the one before");
+    case CameraVerdict::kNew:
+      begin_with_camera();
+      begin_in_start_map();
+  }
+}
+
+void SlamProcess::begin_with_camera() {
+  slam_ = std::make_unique<Slam>(*camera_.camera(), params_.options);
   core_epoch_ = -1;
   ++generation_;
-  drop_loads();
-  if (start_map_ && take_over(*start_map_, params_.map_folder)) start_map_.reset();
+  give_up_load("the camera has changed");
 }
 
-bool SlamProcess::take_over(const StoredMap& stored, const std::string& folder) {
-  if (!(stored.camera == *camera_)) {
-    report_trouble(folder + ": a map of another camera");
-    return false;
-  }
-  slam_->restore(stored);
-  return true;
-}
-
-// What is wrong with a save or load stays in the health until the next order.
-void SlamProcess::report_trouble(const std::string& trouble) {
-  file_trouble_ = trouble;
-  node_.reject_message("SLAM_COMMAND", trouble);
+void SlamProcess::begin_in_start_map() {
+  if (!start_map_) return;
+  if (take_over(*start_map_)) return start_map_.reset();
+  file_trouble_ = params_.map_folder + ": a map of another camera";
+  node_.reject_message("CAMERA_INFO", "is not that of " + params_.map_folder);
 }
 
 void SlamProcess::on_image(const image_t& message) {
+  const Time now = node_.now();
+  images_.count(now, {message.utime}, message.frame_number, images_passed_over());
+  camera_.saw_image(message.width_px, message.height_px);
+  if (reading_kept_ || wait_for_kept(message)) return;
   if (!slam_) return;  // CAMERA_INFO comes first; "input watch" says so when it does not
-  // After a second of stamps that do not increase, the camera's new clock is believed.
-  if (message.utime <= last_image_.us && node_.now() - last_arrival_ < seconds(1)) {
-    return reject("time-stamp does not increase");
-  }
-  const auto image = decode_image(message, 1);
-  if (!image) return reject("is damaged");
-  if (image->width_px != camera_->width_px || image->height_px != camera_->height_px) {
+  if (message.width_px != camera_.camera()->width_px ||
+      message.height_px != camera_.camera()->height_px) {
     return reject("has not the size that CAMERA_INFO gives");
   }
+  const auto image = decode_image(message, 1);
+  if (!image || image->width_px != message.width_px || image->height_px != message.height_px) {
+    return reject("is damaged");
+  }
+  switch (images_.judge(now, {message.utime})) {
+    case ImageVerdict::kNotNewer:
+      return reject("time-stamp does not increase");
+    case ImageVerdict::kJumps:
+      return reject("time-stamp jumps ahead");
+    case ImageVerdict::kAbsurd:
+      return reject("time-stamp is no time");
+    case ImageVerdict::kNext:
+      return track(message, *image);
+  }
+}
+
+void SlamProcess::track(const image_t& message, const Image& image) {
   last_image_ = {message.utime};
   last_arrival_ = node_.now();
   const TrackingResult result = slam_->track(
-      last_image_, {image->bytes.data(), image->width_px, image->height_px, image->width_px});
+      last_image_, {image.bytes.data(), image.width_px, image.height_px, image.width_px});
   update_epoch(last_image_);
   const camera_pose_t pose = to_message(result);
   poses_.publish(pose);
   publish_view(message, pose, result.is_keyframe);
+  give_up_tiny_kept(result);
   publish_delta();
   continue_mapping();
   publish_health(result);
+}
+
+// Of IMAGE, because this process was too slow for them.
+int64_t SlamProcess::images_passed_over() const {
+  for (const PortRecord& port : node_.ports()) {
+    if (port.is_input && port.spec.channel == "IMAGE") return port.skipped;
+  }
+  return 0;
 }
 
 void SlamProcess::reject(const char* why) {
@@ -104,46 +149,29 @@ void SlamProcess::reject(const char* why) {
   node_.reject_message("IMAGE", why);
 }
 
-void SlamProcess::on_command(const slam_command_t& command) {
-  const bool save = command.command == slam_command_t::COMMAND_SAVE_MAP;
-  const bool load = command.command == slam_command_t::COMMAND_LOAD_MAP;
-  const bool reset = command.command == slam_command_t::COMMAND_RESET_MAP;
-  if (!save && !load && !reset) {
-    return node_.reject_message("SLAM_COMMAND", "is no order that slam knows");
-  }
-  if (!slam_) return node_.reject_message("SLAM_COMMAND", "comes before CAMERA_INFO");
-  if (!reset && !command.folder.starts_with("/")) {
-    return node_.reject_message("SLAM_COMMAND", "needs an absolute folder");
-  }
-  file_trouble_.clear();
-  if (reset) {
-    drop_loads();
-    slam_->reset("reset by command");
-    return;
-  }
-  FileOrder order{save, command.folder, {}, load_mark_};
-  if (save) order.map = slam_->stored_map();  // as it is now; images are shared
-  file_orders_.push_back(std::move(order));
-  continue_mapping();
-}
-
-// A map that was asked for before a reset or a new camera is not wanted any more.
-void SlamProcess::drop_loads() {
-  std::erase_if(file_orders_, [](const FileOrder& o) { return !o.save; });
-  ++load_mark_;
-}
-
 void SlamProcess::on_hint(const pose_hint_t& hint) {
   const auto pose = read_pose(hint);
-  if (!pose) return node_.reject_message("POSE_HINT", "its pose is none");
+  if (!pose || pose->translation().norm() > kFarthest_mu) {
+    return node_.reject_message("POSE_HINT", "its pose is none");
+  }
   if (!slam_ || hint.epoch != epoch_) return;  // of another map
+  if (hint.utime < (last_image_ - kHintAge).us || hint.utime > (last_image_ + kHintAge).us) {
+    return node_.reject_message("POSE_HINT", "is of another time than the images");
+  }
   slam_->hint({hint.utime}, *pose);
 }
 
 void SlamProcess::on_request(const snapshot_request_t& request) {
-  if (request.channel == "MAP_DELTA" && slam_ && epoch_is_sent_) {
-    deltas_.send_snapshot(data_time_, slam_->snapshot());
-  }
+  if (request.channel != "MAP_DELTA") return;
+  const auto due = snapshots_.request(node_.now());
+  if (!due) return;
+  if (*due <= node_.now()) return send_snapshot();
+  node_.at(*due, [this] { send_snapshot(); });
+}
+
+void SlamProcess::send_snapshot() {
+  snapshots_.answered(node_.now());
+  if (slam_ && epoch_is_sent_) deltas_.send_snapshot(data_time_, slam_->snapshot());
 }
 
 camera_pose_t SlamProcess::to_message(const TrackingResult& result) const {
@@ -179,12 +207,15 @@ void SlamProcess::publish_view(const image_t& image, const camera_pose_t& pose, 
   views_.publish(view);
 }
 
-// An epoch is named by the frame with which it began, so that it stays unique across restarts.
+// An epoch is named by the frame with which it began, so that it stays unique across restarts; a
+// map that outlived a slam is still the same.
 void SlamProcess::update_epoch(Time time) {
   if (slam_->epoch() == core_epoch_) return;
   relocalised_.clear();
   core_epoch_ = slam_->epoch();
-  epoch_ = time.us;
+  in_kept_map_ = kept_epoch_.has_value();
+  epoch_ = kept_epoch_.value_or(time.us);
+  kept_epoch_.reset();
   epoch_is_sent_ = false;
 }
 
@@ -194,10 +225,11 @@ void SlamProcess::publish_delta() {
   data_time_ = last_image_;
   deltas_.send_delta(data_time_, epoch_, delta);
   epoch_is_sent_ = true;
+  changed_since_kept_ = true;
 }
 
 void SlamProcess::continue_mapping() {
-  if (node_.job_running() || start_file_job()) return;
+  if (node_.job_running() || start_file_job() || start_keeping()) return;
   auto job = slam_->take_job();
   if (!job) return;
   // std::function copies its callable, a MappingJob cannot be copied: shared pointers carry it.
@@ -217,35 +249,6 @@ void SlamProcess::continue_mapping() {
   static_cast<void>(started);  // job_running() was asked above
 }
 
-// Reading and writing a map folder takes a second: beside the loop. True if one was started.
-bool SlamProcess::start_file_job() {
-  if (file_orders_.empty()) return false;
-  auto order = std::make_shared<FileOrder>(std::move(file_orders_.front()));
-  file_orders_.pop_front();
-  return node_.run_beside(
-      [this, order]() -> std::function<void()> {
-        std::string trouble;
-        try {
-          if (order->save) {
-            write_map_folder(order->map, order->folder);
-          } else {
-            order->map = read_map_folder(order->folder);
-          }
-        } catch (const std::exception& error) {  // the file system's and the image library's too
-          trouble = error.what();
-        }
-        return [this, order, trouble] {
-          if (!trouble.empty()) {
-            report_trouble(trouble);
-          } else if (!order->save && order->load_mark == load_mark_) {
-            take_over(order->map, order->folder);
-          }
-          continue_mapping();
-        };
-      },
-      seconds(1));
-}
-
 void SlamProcess::note_relocalisation(const TrackingResult& result) {
   if (result.relocalised) {
     char text[64] = "relocalised: had taken another place for this one";
@@ -259,7 +262,7 @@ void SlamProcess::note_relocalisation(const TrackingResult& result) {
   }
 }
 
-void SlamProcess::publish_health(const TrackingResult& result) {
+void SlamProcess::publish_metrics(const TrackingResult& result) {
   const SlamStatistics s = slam_->statistics();
   node_.set_metric("keyframes", s.keyframes);
   node_.set_metric("points", s.points);
@@ -269,23 +272,49 @@ void SlamProcess::publish_health(const TrackingResult& result) {
   node_.set_metric("restarts", s.restarts);
   node_.set_metric("focal_factor", s.focal_factor);
   node_.set_metric("quality", result.quality);
-  const auto with_trouble = [this](const std::string& reason) {
-    if (file_trouble_.empty()) return reason;
-    return reason.empty() ? file_trouble_ : reason + "; " + file_trouble_;
-  };
-  note_relocalisation(result);
-  switch (result.state) {
-    case TrackingState::kTracking: {
-      const std::string trouble = with_trouble(slam_->warning());
-      if (!trouble.empty()) return node_.set_state(ProcessState::kDegraded, trouble);
-      return node_.set_state(ProcessState::kOk, relocalised_);
-    }
-    case TrackingState::kInitialising:
-      return node_.set_state(ProcessState::kWaiting,
-                             with_trouble("initialising: " + result.reason));
-    case TrackingState::kLost:
-      return node_.set_state(ProcessState::kDegraded, with_trouble("lost: " + result.reason));
+  node_.set_metric("camera_infos_doubted", static_cast<double>(camera_.doubted()));
+  const ImageStream::Losses losses = images_.losses(node_.now());
+  node_.set_metric("images_lost", static_cast<double>(losses.lost));
+  node_.set_metric("images_lost_share", losses.share());
+  node_.set_metric("images_repeated", static_cast<double>(losses.repeated));
+  node_.set_metric("image_source_changes", static_cast<double>(losses.source_changes));
+}
+
+// What is wrong though it tracks.
+std::string SlamProcess::trouble() {
+  std::string reasons = slam_->warning();
+  append(&reasons, file_trouble_);
+  append(&reasons, keep_trouble_);
+  const ImageStream::Losses losses = images_.losses(node_.now());
+  char text[96];
+  if (losses.share() > kLossShown && losses.recently_lost >= kLossImages) {
+    std::snprintf(text, sizeof text, "%lld of %lld images lost in the last 5 s",
+                  static_cast<long long>(losses.recently_lost),
+                  static_cast<long long>(losses.recently_lost + losses.recently_arrived));
+    append(&reasons, text);
   }
+  if (losses.recent_source_changes >= kSourceChanges) {
+    append(&reasons, "images of several sources arrive: do two cameras publish IMAGE?");
+  }
+  if (camera_.doubted() > 0 && node_.now() - last_doubt_ <= kDoubtShown) {
+    append(&reasons,
+           "CAMERA_INFO contradicts itself, the first is believed: do two cameras publish it?");
+  }
+  return reasons;
+}
+
+void SlamProcess::publish_health(const TrackingResult& result) {
+  publish_metrics(result);
+  note_relocalisation(result);
+  std::string reason;
+  if (result.state == TrackingState::kInitialising) reason = "initialising: " + result.reason;
+  if (result.state == TrackingState::kLost) reason = "lost: " + result.reason;
+  append(&reason, trouble());
+  if (result.state == TrackingState::kInitialising) {
+    return node_.set_state(ProcessState::kWaiting, reason);
+  }
+  if (!reason.empty()) return node_.set_state(ProcessState::kDegraded, reason);
+  node_.set_state(ProcessState::kOk, relocalised_);
 }
 
 }  // namespace foresight

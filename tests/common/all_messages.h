@@ -27,6 +27,7 @@
 #include "foresight/port_health_t.hpp"
 #include "foresight/pose_hint_t.hpp"
 #include "foresight/sim_clock_t.hpp"
+#include "foresight/slam_answer_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "foresight/snapshot_request_t.hpp"
 #include "foresight/truth_t.hpp"
@@ -44,7 +45,7 @@ using AllMessages =
                 camera_pose_t, carving_delta_t, controller_state_t, delta_header_t, device_state_t,
                 display_stats_t, health_t, image_t, joint_command_t, joint_state_t, link_flow_t,
                 link_stats_t, map_delta_t, mesh_t, pendant_t, port_health_t, pose_hint_t,
-                sim_clock_t, slam_command_t, snapshot_request_t, truth_t, view_t>;
+                sim_clock_t, slam_answer_t, slam_command_t, snapshot_request_t, truth_t, view_t>;
 
 /// Calls call.operator()<Message>() for each type.
 template <class Call, class... Messages>

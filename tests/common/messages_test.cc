@@ -193,6 +193,22 @@ TEST(Messages, CameraInfoThatMakesNoSenseIsRefused) {
   bad = good;
   bad.fx_px = 0;
   EXPECT_FALSE(from_message(bad));
+  for (const double absurd : {-1.0, 0.0, 1e9, 20.0}) {
+    bad = good;
+    bad.fy_px = absurd;
+    EXPECT_FALSE(from_message(bad)) << absurd;
+  }
+  for (const double absurd : {-1e4, 1e4, 1e300}) {
+    bad = good;
+    bad.cx_px = absurd;
+    EXPECT_FALSE(from_message(bad)) << absurd;
+    bad = good;
+    bad.distortion[1] = absurd;
+    EXPECT_FALSE(from_message(bad)) << absurd;
+  }
+  bad = good;
+  bad.width_px = 32767;
+  EXPECT_FALSE(from_message(bad));
 }
 
 TEST(Messages, MeshSurvives) {

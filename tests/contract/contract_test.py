@@ -15,7 +15,7 @@ import foresight_site  # noqa: E402  (the scripts are no package)
 from foresight_paths import program  # noqa: E402
 
 # Files of a process folder that may know the bus, the clock or a device.
-SHELL = re.compile(r"process\..*|(.*_)?main\.cc|params\.h|.*_source\..*|recorder\..*|gl_context\..*"
+SHELL = re.compile(r"process(_[a-z]+)?\..*|(.*_)?main\.cc|params\.h|.*_source\..*|recorder\..*|gl_context\..*"
                    r"|.*_device\..*|device_.*")
 # What a core must not include, and what for.
 NOT_IN_A_CORE = {

@@ -2,8 +2,10 @@
 #include "procs/slam/map_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -329,6 +331,92 @@ TEST_F(MapFolderTest, ReplacesNothingButMaps) {
   for (const auto& entry : std::filesystem::directory_iterator(temp_.path())) {
     EXPECT_NE(entry.path().filename().string()[0], '.') << "left over: " << entry.path();
   }
+}
+
+// What a crash in the midst of saving leaves: the old map, and a half-written new one beside it.
+TEST_F(MapFolderTest, ACrashInMidSaveKeepsTheOldMap) {
+  const StoredMap saved = make_map();
+  write_map_folder(saved, folder("map"));
+  const std::string part = folder(".map.part");
+  EXPECT_THROW(replace_folder(folder("map"), own_map_files, Durability::kSurvivesThisProcess,
+                              [&](const auto& here) {
+                                std::filesystem::create_directory(here / "images");
+                                std::ofstream(here / "images" / "000001.png") << "half";
+                                std::filesystem::copy(here, folder("seen"),
+                                                      std::filesystem::copy_options::recursive);
+                                throw UnavailableError("crash");
+                              }),
+               UnavailableError);
+  EXPECT_FALSE(std::filesystem::exists(part)) << "an error clears up";
+  std::filesystem::rename(folder("seen"), part);  // a crash does not
+  EXPECT_EQ(read_map_folder(folder("map")).points.size(), saved.points.size());
+  write_map_folder(saved, folder("map"));
+  EXPECT_EQ(read_map_folder(folder("map")).points.size(), saved.points.size());
+  EXPECT_FALSE(std::filesystem::exists(part));
+}
+
+// On a file system that cannot exchange two folders, between its two steps.
+TEST_F(MapFolderTest, ACrashBetweenTheStepsOfTheSwapIsMended) {
+  const StoredMap saved = make_map();
+  write_map_folder(saved, folder("map"));
+  std::filesystem::rename(folder("map"), folder(".map.old"));
+  EXPECT_EQ(read_map_folder(folder("map")).points.size(), saved.points.size());
+  std::filesystem::rename(folder("map"), folder(".map.old"));
+  EXPECT_THROW(write_map_folder(StoredMap{}, folder("map")), UnavailableError);
+  write_map_folder(saved, folder("map"));
+  EXPECT_EQ(read_map_folder(folder("map")).points.size(), saved.points.size());
+  EXPECT_FALSE(std::filesystem::exists(folder(".map.old")));
+}
+
+// No file may grow beyond a few kilobytes: to a program, that is a full disk.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(MapFolderTest, AFullDiskKeepsTheOldMap) {
+  const StoredMap saved = make_map();
+  write_map_folder(saved, folder("map"));
+  for (const rlim_t bytes : {100, 5'000, 100'000}) {
+    const FullDisk full(bytes);
+    EXPECT_THROW(write_map_folder(saved, folder("map")), UnavailableError) << bytes;
+    EXPECT_EQ(read_map_folder(folder("map")).points.size(), saved.points.size());
+    EXPECT_FALSE(std::filesystem::exists(folder(".map.part")));
+  }
+}
+
+TEST_F(MapFolderTest, OneProgramAtATimeSavesInAFolder) {
+  const StoredMap saved = make_map();
+  std::string trouble;
+  replace_folder(
+      folder("map"), own_map_files, Durability::kSurvivesThisProcess, [&](const auto& here) {
+        trouble = error_of<UnavailableError>([&] { write_map_folder(saved, folder("another")); });
+        write_core_files(saved, here, {});
+      });
+  EXPECT_NE(trouble.find("another program is saving"), std::string::npos) << trouble;
+  EXPECT_NO_THROW(write_map_folder(saved, folder("another")));
+}
+
+TEST_F(MapFolderTest, ImagesThatLieThereAreNotWrittenAgain) {
+  const StoredMap saved = make_map();
+  write_map_folder(saved, folder("map"));
+  WrittenImages written{folder("map"), {}};
+  for (const StoredMap::Keyframe& k : saved.keyframes) written.images[k.id] = k.image;
+  written.images[saved.keyframes[0].id] = saved.keyframes[0].image.clone();  // another image
+  std::filesystem::create_directory(folder("core"));
+  write_core_files(saved, folder("core"), written);
+  EXPECT_EQ(read_map_folder(folder("core")).points.size(), saved.points.size());
+  EXPECT_EQ(std::filesystem::hard_link_count(folder("core") + "/images/000000.png"), 1u);
+  EXPECT_EQ(std::filesystem::hard_link_count(folder("core") + "/images/000001.png"), 2u);
 }
 
 TEST_F(MapFolderTest, SaysWhereItCannotWrite) {

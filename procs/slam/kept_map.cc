@@ -1,0 +1,131 @@
+#include "procs/slam/kept_map.h"
+
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <vector>
+
+#include "common/errors.h"
+#include "procs/slam/map_shelf.h"
+
+namespace foresight {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRunHeader = "foresight_run 1";
+constexpr const char* kRunFile = "run.txt";
+constexpr const char* kUnfinishedRunFile = "run.txt.part";
+constexpr const char* kPrefix = "_running_";
+constexpr int kMostLoads = 3;
+
+IsOwn own_kept_files(const fs::path& folder) {
+  return [is_own = own_map_files(folder)](const fs::path& relative, bool is_folder) {
+    return is_own(relative, is_folder) ||
+           (!is_folder && (relative == kRunFile || relative == kUnfinishedRunFile));
+  };
+}
+
+// The 22nd word of /proc/PID/stat: when it was started, in clock ticks since the boot.
+int64_t start_of(int64_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const size_t name_end = text.rfind(')');  // the name may hold anything
+  if (name_end == std::string::npos) return 0;
+  std::istringstream words(text.substr(name_end + 1));
+  std::string word;
+  for (int number = 3; number <= 22 && words >> word; ++number) {
+  }
+  return std::atoll(word.c_str());
+}
+
+struct RunFile {
+  RunIdentity run;
+  KeptMap::Mark mark;
+};
+
+std::optional<RunFile> read_run_file(const fs::path& folder) {
+  std::ifstream file(folder / kRunFile);
+  std::string header, word;
+  RunFile r;
+  if (!std::getline(file, header) || header != kRunHeader) return std::nullopt;
+  file >> word >> r.run.boot >> word >> r.run.parent_pid >> r.run.parent_start >> word >>
+      r.mark.epoch >> word >> r.mark.image.us >> word >> r.mark.loads;
+  if (!file) return std::nullopt;
+  return r;
+}
+
+void write_run_file(const fs::path& folder, const RunFile& r) {
+  const fs::path part = folder / kUnfinishedRunFile;
+  std::ofstream file(part);
+  file << kRunHeader << "\nboot " << r.run.boot << "\nparent " << r.run.parent_pid << " "
+       << r.run.parent_start << "\nepoch " << r.mark.epoch << "\nimage " << r.mark.image.us
+       << "\nloads " << r.mark.loads << "\n";
+  file.close();
+  std::error_code error;
+  if (file) fs::rename(part, folder / kRunFile, error);
+  if (!file || error) throw UnavailableError((folder / kRunFile).string() + ": cannot be written");
+}
+
+}  // namespace
+
+RunIdentity this_run() {
+  RunIdentity run;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> run.boot;
+  if (run.boot.empty()) run.boot = "unknown";
+  run.parent_pid = getppid();
+  run.parent_start = start_of(run.parent_pid);
+  return run;
+}
+
+KeptMap::KeptMap(const std::string& root, const std::string& name, const RunIdentity& run)
+    : root_(root),
+      folder_(root + "/" + kPrefix + (find_name_trouble(name).empty() ? name : "slam") + "_" +
+              std::to_string(run.parent_pid)),
+      run_(run) {}
+
+std::optional<KeptMap::Mark> KeptMap::find() const {
+  mend_folder(folder_);
+  const auto found = read_run_file(folder_);
+  if (!found || found->run != run_ || found->mark.loads >= kMostLoads) return std::nullopt;
+  return found->mark;
+}
+
+StoredMap KeptMap::read(const Mark& mark) {
+  write_run_file(folder_, {run_, {mark.epoch, mark.image, mark.loads + 1}});
+  return read_map_folder(folder_);
+}
+
+void KeptMap::write(const Mark& mark, const StoredMap& map) {
+  replace_folder(folder_, own_kept_files, Durability::kSurvivesThisProcess,
+                 [&](const fs::path& part) {
+                   write_core_files(map, part, written_);
+                   write_run_file(part, {run_, mark});
+                 });
+  written_ = {folder_, {}};
+  for (const StoredMap::Keyframe& k : map.keyframes) written_.images[k.id] = k.image;
+}
+
+void KeptMap::remove() {
+  const auto found = read_run_file(folder_);
+  if (found && found->run == run_) remove_own_folder(folder_, own_kept_files);
+  written_ = {};
+}
+
+void KeptMap::remove_those_of_ended_runs() const {
+  std::error_code error;
+  std::vector<fs::path> ended;
+  for (const auto& entry : fs::directory_iterator(root_, error)) {
+    if (!entry.path().filename().string().starts_with(kPrefix)) continue;
+    const auto found = read_run_file(entry.path());
+    if (!found || found->run == run_) continue;
+    const bool goes_on =
+        found->run.boot == run_.boot && found->run.parent_start == start_of(found->run.parent_pid);
+    if (!goes_on) ended.push_back(entry.path());
+  }
+  for (const fs::path& folder : ended) remove_own_folder(folder, own_kept_files);
+}
+
+}  // namespace foresight
