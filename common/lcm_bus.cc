@@ -47,26 +47,20 @@ LcmBus::LcmBus(const std::string& url)
 LcmBus::~LcmBus() { lcm_destroy(lcm_); }
 
 void LcmBus::subscribe(const std::string& channel, Receiver receiver) {
-  auto& receivers = receivers_[channel];
-  receivers.push_back(std::move(receiver));
+  subscriptions_.push_back(
+      std::make_unique<Subscription>(Subscription{ChannelPattern(channel), std::move(receiver)}));
   if (is_udpm_) {
     if (!udpm_) udpm_ = std::make_unique<UdpmReceiver>(*parse_udpm_url(url_));
-    return udpm_->listen_to(channel);
+    return udpm_->listen_to(subscriptions_.back()->pattern);
   }
-  if (receivers.size() > 1) return;
   const auto on_message = [](const lcm_recv_buf_t* buffer, const char* name, void* user) {
-    static_cast<LcmBus*>(user)->hand_on(
+    static_cast<Subscription*>(user)->receiver(
         name, {static_cast<const uint8_t*>(buffer->data), buffer->data_size});
   };
-  lcm_subscription_t* subscription = lcm_subscribe(lcm_, channel.c_str(), on_message, this);
+  lcm_subscription_t* subscription =
+      lcm_subscribe(lcm_, channel.c_str(), on_message, subscriptions_.back().get());
   // The library would drop the newest of 30.
   lcm_subscription_set_queue_capacity(subscription, 0);
-}
-
-void LcmBus::hand_on(const std::string& channel, std::span<const uint8_t> bytes) {
-  const auto found = receivers_.find(channel);
-  if (found == receivers_.end()) return;
-  for (const Receiver& receiver : found->second) receiver(bytes);
 }
 
 void LcmBus::publish(const std::string& channel, std::span<const uint8_t> bytes) {
@@ -87,7 +81,13 @@ void LcmBus::receive() {
     return;
   }
   if (!udpm_) return;
-  for (const LcmMessage& message : udpm_->take()) hand_on(message.channel, message.bytes);
+  for (const LcmMessage& message : udpm_->take()) {
+    for (const auto& subscription : subscriptions_) {
+      if (subscription->pattern.matches(message.channel)) {
+        subscription->receiver(message.channel, message.bytes);
+      }
+    }
+  }
 }
 
 }  // namespace foresight

@@ -4,12 +4,12 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/channel_pattern.h"
 #include "common/host.h"
 
 struct _lcm_t;
@@ -31,8 +31,9 @@ class LcmBus {
   LcmBus(const LcmBus&) = delete;
   LcmBus& operator=(const LcmBus&) = delete;
 
-  using Receiver = std::function<void(std::span<const uint8_t>)>;
-  /// Throws UnavailableError when the bus cannot be listened to.
+  using Receiver = std::function<void(const std::string& channel, std::span<const uint8_t>)>;
+  /// `channel`: a name, or an expression (ChannelPattern). Throws UnavailableError when the bus
+  /// cannot be listened to, UsageError for a wrong expression.
   void subscribe(const std::string& channel, Receiver receiver);
   void publish(const std::string& channel, std::span<const uint8_t> bytes);
   /// Readable when something has arrived; −1 while nothing is subscribed.
@@ -45,12 +46,14 @@ class LcmBus {
   int64_t dropped() const;
 
  private:
-  void hand_on(const std::string& channel, std::span<const uint8_t> bytes);
-
+  struct Subscription {
+    ChannelPattern pattern;
+    Receiver receiver;
+  };
   _lcm_t* lcm_ = nullptr;
   std::string url_;
-  std::map<std::string, std::vector<Receiver>> receivers_;  // by channel
-  std::unique_ptr<UdpmReceiver> udpm_;                      // from the first subscription on
+  std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  std::unique_ptr<UdpmReceiver> udpm_;  // from the first subscription on
   bool is_udpm_ = false;
   std::string complaint_;
 };

@@ -181,7 +181,7 @@ LcmBus& LiveHost::bus(Domain domain) {
 
 void LiveHost::follow_published_clock(Domain domain) {
   clock_ = std::make_unique<PublishedClock>();
-  bus(domain).subscribe("CLOCK", [this](auto bytes) {
+  bus(domain).subscribe("CLOCK", [this](const std::string&, auto bytes) {
     keep_timers([&] { clock_->on_message(bytes, monotonic_us()); });
   });
 }
@@ -220,7 +220,7 @@ void LiveHost::subscribe(Domain domain, const std::string& channel, Queue queue,
   subscriptions_.push_back(
       std::make_unique<Subscription>(Subscription{std::move(handler), queue, skipped}));
   Subscription* subscription = subscriptions_.back().get();
-  bus(domain).subscribe(channel, [this, subscription](auto bytes) {
+  bus(domain).subscribe(channel, [this, subscription](const std::string&, auto bytes) {
     inbox_.push_back({subscription, {bytes.begin(), bytes.end()}});
     ++subscription->waiting;
   });

@@ -129,9 +129,9 @@ void UdpmReceiver::open_socket(const UdpmAddress& address) {
   }
 }
 
-void UdpmReceiver::listen_to(const std::string& channel) {
+void UdpmReceiver::listen_to(const ChannelPattern& pattern) {
   std::lock_guard lock(mutex_);
-  channels_.insert(channel);
+  patterns_.push_back(pattern);
 }
 
 void UdpmReceiver::loop() {
@@ -161,7 +161,9 @@ void UdpmReceiver::receive_some() {
 void UdpmReceiver::keep(LcmMessage message) {
   {
     std::lock_guard lock(mutex_);
-    if (!channels_.contains(message.channel)) return;
+    const bool is_wanted = std::any_of(patterns_.begin(), patterns_.end(),
+                                       [&](const auto& p) { return p.matches(message.channel); });
+    if (!is_wanted) return;
     waiting_bytes_ += cost(message);
     waiting_.push_back(std::move(message));
     for (; waiting_bytes_ > kWaiting_bytes; ++dropped_) {

@@ -2,7 +2,7 @@
 // receiver: checked (common/datagram_assembler.h), bounded in memory, and from this group alone.
 //
 //   UdpmReceiver receiver(*parse_udpm_url(url));
-//   receiver.listen_to("VIEW");
+//   receiver.listen_to(ChannelPattern("VIEW"));
 //   poll(receiver.file_descriptor()); for (LcmMessage& m : receiver.take()) …
 //
 // liblcm binds its socket to every address of the port, so it takes messages of other groups and
@@ -14,11 +14,11 @@
 #include <deque>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "common/channel_pattern.h"
 #include "common/datagram_assembler.h"
 
 namespace foresight {
@@ -45,8 +45,8 @@ class UdpmReceiver {
   UdpmReceiver(const UdpmReceiver&) = delete;
   UdpmReceiver& operator=(const UdpmReceiver&) = delete;
 
-  /// Messages of other channels are dropped as they come.
-  void listen_to(const std::string& channel);
+  /// Messages of channels that nothing listens to are dropped as they come.
+  void listen_to(const ChannelPattern& pattern);
   /// Readable while messages wait.
   int file_descriptor() const { return event_; }
   /// All that wait, in the order of arrival.
@@ -69,7 +69,7 @@ class UdpmReceiver {
   std::vector<uint8_t> datagram_;
   std::atomic<int64_t> dropped_{0}, malformed_{0};
   std::mutex mutex_;
-  std::set<std::string> channels_;
+  std::vector<ChannelPattern> patterns_;
   std::deque<LcmMessage> waiting_;
   size_t waiting_bytes_ = 0;
   std::thread thread_;

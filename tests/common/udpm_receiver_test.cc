@@ -30,6 +30,15 @@ TEST(ParseUdpmUrl, TakesMulticastAddressesOnly) {
   }
 }
 
+TEST(ChannelPattern, IsANameOrAnExpressionOfTheWholeName) {
+  EXPECT_TRUE(ChannelPattern("VIEW").matches("VIEW"));
+  EXPECT_FALSE(ChannelPattern("VIEW").matches("VIEWS"));
+  EXPECT_TRUE(ChannelPattern("A|B.*").matches("BASE"));
+  EXPECT_FALSE(ChannelPattern("A|B.*").matches("AB"));
+  EXPECT_TRUE(ChannelPattern(".*").matches("X"));
+  EXPECT_THROW(ChannelPattern("("), UsageError);
+}
+
 class UdpmReceiverTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -39,7 +48,9 @@ class UdpmReceiverTest : public testing::Test {
     } catch (const UnavailableError& e) {
       GTEST_SKIP() << "no multicast here: " << e.what();
     }
-    for (const char* channel : {"SMALL", "LARGE", "END"}) receiver_->listen_to(channel);
+    for (const char* channel : {"SMALL", "LARG.", "END"}) {
+      receiver_->listen_to(ChannelPattern(channel));
+    }
   }
   // Until END, or a minute of silence.
   std::vector<LcmMessage> until_end() {
