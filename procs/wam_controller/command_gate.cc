@@ -13,6 +13,11 @@ constexpr uint64_t kLargestSeqStep = 10'000;
 // usually is, so that a stall does not outlast it.
 constexpr Duration kStretch = seconds(3);
 
+// Nothing travels for less than no time: a stamp from the future must not make the others late.
+Duration way(Time arrival, const ArmCommand& command) {
+  return std::max(arrival - command.time, Duration{});
+}
+
 }  // namespace
 
 CommandVerdict CommandGate::admit(Time arrival, const ArmCommand& command, bool arm_is_active) {
@@ -36,9 +41,11 @@ CommandVerdict CommandGate::judge(Time arrival, const ArmCommand& command, bool 
     if (lets_go_of_arm) session->is_released = false;
     return CommandVerdict::kOutOfOrder;
   }
-  if (command.is_engaged && !fits(command)) return CommandVerdict::kMisshapen;
+  if (command.session <= 0 || (command.is_engaged && !fits(command))) {
+    return CommandVerdict::kMisshapen;
+  }
   if (session == nullptr) {
-    session = &open(command.session, arrival, arrival - command.time);
+    session = &open(command.session, arrival, way(arrival, command));
   }
   note(*session, arrival, command);
   if (command.is_engaged) return judge_engaged(arrival, *session, arm_is_active);
@@ -95,7 +102,7 @@ CommandGate::Session* CommandGate::find(int64_t id) {
 
 // In the place of the one that was not heard for longest (an empty place never was), but not of the
 // driver's.
-CommandGate::Session& CommandGate::open(int64_t id, Time arrival, Duration way) {
+CommandGate::Session& CommandGate::open(int64_t id, Time arrival, Duration way_now) {
   Session* place = nullptr;
   for (Session& session : sessions_) {
     if (&session == driver_) continue;
@@ -105,7 +112,7 @@ CommandGate::Session& CommandGate::open(int64_t id, Time arrival, Duration way) 
   place->is_known = true;
   place->id = id;
   place->arrival = place->stretch_began = arrival;
-  place->shortest_way = place->shortest_way_before = way;
+  place->shortest_way = place->shortest_way_before = way_now;
   return *place;
 }
 
@@ -114,14 +121,14 @@ void CommandGate::note(Session& session, Time arrival, const ArmCommand& command
   session.seq = command.seq;
   session.time = command.time;
   session.arrival = arrival;
-  const Duration way = arrival - command.time;
+  const Duration way_now = way(arrival, command);
   const Duration in_stretch = arrival - session.stretch_began;
   if (in_stretch > kStretch || in_stretch < Duration{}) {
     session.shortest_way_before = session.shortest_way;
-    session.shortest_way = way;
+    session.shortest_way = way_now;
     session.stretch_began = arrival;
   }
-  session.shortest_way = std::min(session.shortest_way, way);
+  session.shortest_way = std::min(session.shortest_way, way_now);
 }
 
 void CommandGate::expire(Time now) {

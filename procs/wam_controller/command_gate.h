@@ -31,7 +31,7 @@ namespace foresight {
 /// joint_command_t as a core type.
 struct ArmCommand {
   Time time;                 // when the operator's device was read
-  int64_t session = 0;       // of its sender: when it started, µs
+  int64_t session = 0;       // of its sender: when it started, µs; above 0
   int64_t seq = 0;           // within the session
   bool is_engaged = false;   // dead-man switch
   int joint_count = 0;       // as received
@@ -42,7 +42,7 @@ enum class CommandVerdict : uint8_t {
   kAccepted,
   kOutOfOrder,
   kStale,
-  kMisshapen,     // wrong joint count, or no number
+  kMisshapen,     // no session, wrong joint count, or no number
   kAhead,         // stamped in the future
   kOfOthers,      // engaged, but another session drives
   kNeedsRelease,  // engaged, but not freshly
@@ -92,7 +92,7 @@ class CommandGate {
   bool is_in_order(const Session& session, Time arrival, const ArmCommand& command) const;
   bool fits(const ArmCommand& command) const;
   Session* find(int64_t id);
-  Session& open(int64_t id, Time arrival, Duration way);
+  Session& open(int64_t id, Time arrival, Duration way_now);
   void note(Session& session, Time arrival, const ArmCommand& command) const;
 
   CommandGateOptions options_;

@@ -193,7 +193,7 @@ TEST_F(CommandGateTest, AThousandSessionsForgetTheOldestButNeverTheDriver) {
   const ArmCommand old = make(a_, true);
   for (int i = 0; i < 1000; ++i) {
     pass(milliseconds(1));
-    Sender stranger{i};
+    Sender stranger{i + 1};
     EXPECT_EQ(engage(stranger), kOfOthers);
     if (i % 30 == 0) {
       EXPECT_EQ(engage(a_), kAccepted);
@@ -254,6 +254,22 @@ TEST_F(CommandGateTest, RefusesAnotherJointCountAndWhatIsNoNumber) {
   EXPECT_EQ(admit(nan), kMisshapen);
   EXPECT_EQ(gate_.count(kMisshapen), 2);
   EXPECT_EQ(engage(a_), kAccepted);
+}
+
+TEST_F(CommandGateTest, AStampFromTheNearFutureMakesTheOthersNotLate) {
+  ASSERT_EQ(press(a_), kAccepted);
+  pass(milliseconds(33));
+  a_.age = seconds(-1.9);
+  EXPECT_EQ(engage(a_), kAccepted);
+  pass(milliseconds(33));
+  a_.age = milliseconds(300);
+  EXPECT_EQ(engage(a_), kAccepted);
+}
+
+TEST_F(CommandGateTest, ASenderWithoutASessionDoesNotDrive) {
+  Sender nobody{0}, less{-5};
+  EXPECT_EQ(let_go(nobody), kMisshapen);
+  EXPECT_EQ(let_go(less), kMisshapen);
 }
 
 TEST_F(CommandGateTest, AClockThatIsSetBackNeedsAFreshEngageToo) {

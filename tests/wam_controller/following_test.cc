@@ -247,6 +247,39 @@ TEST_F(Following, TwoRunsGiveTheSameBytes) {
   EXPECT_EQ(record(), record());
 }
 
+// Who predicts the arm compares them with his own.
+TEST(FollowingWith, OtherLimitsSaysThoseThatItReallyUses) {
+  WamControllerParams params = Rig::params_of("wam4");
+  params.velocity_limit_rad_per_s = 0.15;
+  params.acceleration_limit_rad_per_s2 = 0.6;
+  params.limit_margin_rad = 0.2;
+  params.command_timeout_s = 0.3;
+  Rig rig(params);
+  rig.start_arm();
+  rig.run(milliseconds(100));
+  rig.let_go();
+  rig.command_for(seconds(1), JointVector::Constant(4, 9));
+  const controller_state_t state = rig.state();
+  double fastest = 0, quickest = 0;
+  for (size_t i = 1; i < rig.joint_states.size(); ++i) {
+    const JointVector now = read(rig.joint_states[i].reference_velocity_rad_per_s);
+    const JointVector before = read(rig.joint_states[i - 1].reference_velocity_rad_per_s);
+    fastest = std::max(fastest, now.maxCoeff());
+    quickest = std::max(quickest, (now - before).maxCoeff() / 0.01);
+  }
+  EXPECT_NEAR(state.velocity_limit_rad_per_s, fastest, 1e-9);
+  EXPECT_NEAR(state.acceleration_limit_rad_per_s2, quickest, 1e-6);
+  EXPECT_NEAR(rig.joint_states.back().target_position_rad[0],
+              rig.arm.joints[0].upper_rad - state.limit_margin_rad, 1e-9);
+  const Time last = Time{rig.joint_states.back().command_arrival_utime};
+  rig.run(seconds(0.5));
+  const auto stopping = std::find_if(rig.states.begin(), rig.states.end(), [](const auto& s) {
+    return s.state == controller_state_t::STATE_STOPPING;
+  });
+  ASSERT_NE(stopping, rig.states.end());
+  EXPECT_NEAR((Time{stopping->utime} - last).seconds(), rig.state().command_timeout_s, 0.003);
+}
+
 TEST(FollowingWith, SevenJoints) {
   Rig rig(Rig::params_of("wam7"));
   rig.start_arm();
