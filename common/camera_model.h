@@ -59,8 +59,8 @@ struct CameraModel {
   bool operator==(const CameraModel&) const = default;
 };
 
-/// Reads a camera file (YAML: model, width, height, fx, fy, cx, cy, k1, k2, p1, p2, k3). Throws
-/// ConfigError with file, key and limit.
+/// Reads a camera file (YAML: model, width, height, fx, fy, cx, cy, k1, k2, p1, p2, k3; or ROS's,
+/// OpenCV's, Kalibr's). Throws ConfigError with file, key, value and limit; procs/camera/README.md.
 CameraModel load_camera_file(const std::string& path);
 
 }  // namespace foresight

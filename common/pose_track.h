@@ -26,10 +26,10 @@ struct TimedPose {
 std::optional<Pose<World, Cam>> pose_at(std::span<const TimedPose> track, Time time,
                                         Duration max_gap = {std::numeric_limits<int64_t>::max()});
 
-/// Reads a trajectory file: "time tx ty tz qx qy qz qw" per line, in seconds and metres, camera to
-/// world; lines that are empty or begin with # are passed over. Throws UnavailableError where it
-/// cannot be read, ConfigError with file and line where a line is no pose, where times decrease, and
-/// where there are fewer than two poses. Of several with the same time the first counts.
+/// Reads a trajectory file: "time tx ty tz qx qy qz qw" per line, in seconds (or as text_lines.h
+/// says) and metres, camera to world. Throws UnavailableError where it cannot be read, ConfigError
+/// with file and line where a line is no pose, where times decrease, and where there are fewer than
+/// two poses. Of several with the same time the first counts.
 std::vector<TimedPose> load_pose_track(const std::string& path);
 
 }  // namespace foresight

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "common/errors.h"
+#include "common/output_file.h"
 #include "sim/lab.h"
 #include "sim/scene_loader.h"
 
@@ -52,12 +53,9 @@ void make_folder(const fs::path& folder) {
 }
 
 void write_image(const fs::path& path, const cv::Mat& image, const std::vector<int>& options) {
-  bool written = false;
-  try {
-    written = cv::imwrite(path.string(), image, options);
-  } catch (const cv::Exception&) {
-  }
-  if (!written) throw UnavailableError(path.string() + ": cannot be written");
+  std::vector<uint8_t> bytes;
+  cv::imencode(path.extension().string(), image, bytes, options);
+  write_output(path.string(), bytes);
 }
 
 void write_colour(const fs::path& path, Image& image) {

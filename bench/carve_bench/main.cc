@@ -7,6 +7,8 @@
 
 #include "bench/carve_bench/measure.h"
 #include "bench/carve_bench/reports.h"
+#include "common/output_file.h"
+#include "common/tool_main.h"
 
 namespace {
 
@@ -76,35 +78,32 @@ foresight::CarvReadOptions complete(Arguments* arguments) {
   return reading;
 }
 
-int fail(const std::string& why) {
-  std::fprintf(stderr, "%s\n", why.c_str());
-  return 64;
+int run(Arguments* arguments) {
+  if (arguments->measurement.carver_only && !arguments->mesh.empty()) {
+    throw foresight::UsageError("--mesh needs the cut: leave out --no-cut");
+  }
+  foresight::check_output("--json", arguments->json);
+  foresight::check_output("--events", arguments->events);
+  foresight::check_output("--mesh", arguments->mesh);
+  const foresight::CarvSequence sequence =
+      foresight::read_carv(arguments->input, complete(arguments));
+  if (!sequence.error.empty()) throw foresight::UsageError(sequence.error);
+  const foresight::CarveResult result = measure(sequence, arguments->measurement);
+  print(result);
+  foresight::RunErrors errors;
+  errors.attempt([&] { write_json(result, arguments->json); });
+  errors.attempt([&] { write_events(sequence, result, arguments->events); });
+  errors.attempt([&] { write_obj(result.mesh, arguments->mesh); });
+  errors.report();
+  return foresight::kExitDone;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app{"Times free-space carving and the cut on a carvseq file"};
+  CLI::App app{"Times free-space carving and the cut on a carvseq file", "carve-bench"};
   add_carver_options(&arguments, &app);
   add_cut_options(&arguments, &app);
-  CLI11_PARSE(app, argc, argv);
-  if (arguments.measurement.carver_only && !arguments.mesh.empty()) {
-    return fail("--mesh needs the cut: leave out --no-cut");
-  }
-  const foresight::CarvSequence sequence =
-      foresight::read_carv(arguments.input, complete(&arguments));
-  if (!sequence.error.empty()) return fail(sequence.error);
-  const foresight::CarveResult result = measure(sequence, arguments.measurement);
-  print(result);
-  if (!arguments.json.empty() && !write_json(result, arguments.json)) {
-    return fail(arguments.json + ": cannot be written");
-  }
-  if (!arguments.events.empty() && !write_events(sequence, result, arguments.events)) {
-    return fail(arguments.events + ": cannot be written");
-  }
-  if (!arguments.mesh.empty() && !write_obj(result.mesh, arguments.mesh)) {
-    return fail(arguments.mesh + ": cannot be written");
-  }
-  return 0;
+  return foresight::tool_main(app, argc, argv, [&] { return run(&arguments); });
 }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <set>
+#include <sstream>
+
+#include "common/output_file.h"
 
 namespace foresight {
 namespace {
@@ -43,8 +45,9 @@ void print(const CarveResult& result) {
               static_cast<double>(s.memory_bytes) / 1048576.0, result.peak_memory_mb);
 }
 
-bool write_json(const CarveResult& result, const std::string& path) {
-  std::ofstream out(path);
+void write_json(const CarveResult& result, const std::string& path) {
+  if (path.empty()) return;
+  std::ostringstream out;
   out << "{\n";
   for (size_t kind = 0; kind < 3; ++kind) {
     const Times& t = result.events[kind];
@@ -67,12 +70,13 @@ bool write_json(const CarveResult& result, const std::string& path) {
       << ",\n  \"ray_cell_pairs\": " << s.ray_cell_pairs
       << ",\n  \"memory_estimate_mb\": " << static_cast<double>(s.memory_bytes) / 1048576.0
       << ",\n  \"peak_mb\": " << result.peak_memory_mb << "\n}\n";
-  return static_cast<bool>(out);
+  write_output(path, out.str());
 }
 
-bool write_events(const CarvSequence& sequence, const CarveResult& result,
+void write_events(const CarvSequence& sequence, const CarveResult& result,
                   const std::string& path) {
-  std::ofstream out(path);
+  if (path.empty()) return;
+  std::ostringstream out;
   out << "kind,points,constraints_added,carve_ms,cut_ms\n";
   std::set<int32_t> points;
   for (size_t i = 0; i < sequence.events.size(); ++i) {
@@ -83,11 +87,12 @@ bool write_events(const CarvSequence& sequence, const CarveResult& result,
         << delta.observations_added.size() << "," << result.carve_ms[i] << ","
         << (result.cut_ms.empty() ? 0.0 : result.cut_ms[i]) << "\n";
   }
-  return static_cast<bool>(out);
+  write_output(path, out.str());
 }
 
-bool write_obj(const Mesh& mesh, const std::string& path) {
-  std::ofstream out(path);
+void write_obj(const Mesh& mesh, const std::string& path) {
+  if (path.empty()) return;
+  std::ostringstream out;
   out.precision(9);
   for (const auto& v : mesh.vertices_in_map) {
     out << "v " << v.x() << " " << v.y() << " " << v.z() << "\n";
@@ -97,7 +102,7 @@ bool write_obj(const Mesh& mesh, const std::string& path) {
         t.begin(), t.end(), [&](int32_t v) { return mesh.vertex_ids[static_cast<size_t>(v)] < 0; });
     if (!guessed) out << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
   }
-  return static_cast<bool>(out);
+  write_output(path, out.str());
 }
 
 }  // namespace foresight

@@ -9,12 +9,12 @@ namespace foresight {
 
 void print(const CarveResult& result);
 
-// These return false if the file cannot be written.
-bool write_json(const CarveResult& result, const std::string& path);
+// These throw UnavailableError if the file cannot be written. An empty path is no output.
+void write_json(const CarveResult& result, const std::string& path);
 /// One line per event: kind, points in the map after it, constraints it adds, ms of carver and cut
 /// (0 if not measured).
-bool write_events(const CarvSequence& sequence, const CarveResult& result, const std::string& path);
+void write_events(const CarvSequence& sequence, const CarveResult& result, const std::string& path);
 /// Without what only the hull's corners span: that is no surface that was seen.
-bool write_obj(const Mesh& mesh, const std::string& path);
+void write_obj(const Mesh& mesh, const std::string& path);
 
 }  // namespace foresight

@@ -185,7 +185,7 @@ class Scorer {
   void on_drawn(Bytes) { result_.drawn_frames += is_predicting_ ? 1 : 0; }
 
   void on_prediction(const PredictedFrame& frame) {
-    if (!has_world_ || shown_.rgb.empty()) return;
+    if (!has_world_ || shown_.picture.rgb.empty()) return;
     if (!is_predicting_) {
       is_predicting_ = true;
       result_.first_prediction_s = since_start_s(loop_.world().now());
@@ -219,7 +219,7 @@ class Scorer {
     const Pose<World, Cam> predicted = true_from_estimated_ * p.pose.world_from_cam;
     result_.predictions.push_back(error(p.pose.instant, truth.world_from_cam, predicted, true));
     if (!p.frame) return;
-    pictures_.score(view_->picture(truth.world_from_cam), p.shown, *p.frame,
+    pictures_.score(whole(view_->picture(truth.world_from_cam)), p.shown, *p.frame,
                     map_.positions_in_map());
   }
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 #include "bench/evaluate/image_scores.h"
-#include "common/errors.h"
+#include "common/output_file.h"
 
 namespace foresight {
 namespace {
@@ -27,14 +27,17 @@ std::string name_of(const std::string& sequence) {
                                  : path.filename().string();
 }
 
-std::ofstream open_output(const std::string& path) {
-  std::ofstream file(path);
-  if (!file) throw UnavailableError(path + ": cannot be written");
-  return file;
+// As a field of a CSV file.
+std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
 }
 
 void add_pictures(const PictureScores& r, std::vector<Figure>* figures) {
   figures->push_back({"scored_frames", static_cast<double>(r.scored_frames), 0});
+  figures->push_back({"truth_share", r.truth_share, 3});
   figures->push_back({"coverage", r.coverage, 3});
   figures->push_back({"measured", r.measured, 3});
   const auto add = [&](const std::string& name, const DisplayScore& s) {
@@ -87,11 +90,12 @@ void print_pictures(const PictureScores& r) {
 }
 
 void write_errors(const std::string& path, const std::vector<PoseError>& errors) {
-  std::ofstream file = open_output(path);
+  std::ostringstream file;
   file << "time_s,position_mm,angle_deg,shift_px\n";
   for (const PoseError& e : errors) {
     file << e.time_s << "," << e.position_mm << "," << e.angle_deg << "," << e.shift_px << "\n";
   }
+  write_output(path, file.str());
 }
 
 }  // namespace
@@ -101,6 +105,9 @@ Report report_of(const EvaluationResult& r) {
   Report report{name_of(r.sequence), r.delay_s, {}, r.grid_rows};
   report.figures = {{"delay_s", r.delay_s, 2},
                     {"frames", static_cast<double>(r.frames), 0},
+                    {"refused_images", static_cast<double>(r.input.refused()), 0},
+                    {"focal_px", r.focal_px, 1},
+                    {"intrinsics_guessed", r.intrinsics_are_guessed ? 1.0 : 0.0, 0},
                     {"first_prediction_s", r.first_prediction_s, 2},
                     {"predicted_fraction", r.predicted_frames / after_init, 3}};
   add_pictures(r, &report.figures);
@@ -140,6 +147,7 @@ void print_table(const EvaluationResult& r) {
       name_of(r.sequence).c_str(), r.delay_s, r.frames,
       100.0 * r.predicted_frames / std::max(1, r.frames_after_init), r.first_prediction_s,
       r.scored_frames);
+  for (const std::string& line : r.input.lines()) std::printf("  %s\n", line.c_str());
   if (r.scored_frames == 0) {
     std::printf("  there was no predicted view to score: the model needs more frames\n");
     return;
@@ -186,30 +194,34 @@ void print_table(const ClosedLoopResult& r) {
 }
 
 void write_json(const std::string& path, const std::vector<Report>& reports) {
-  std::ofstream file = open_output(path);
+  if (path.empty()) return;
+  std::ostringstream file;
   file << "[\n";
   for (size_t i = 0; i < reports.size(); ++i) {
-    file << "  {\"sequence\": \"" << reports[i].name << "\"";
+    file << "  {\"sequence\": " << json_text(reports[i].name);
     for (const Figure& f : reports[i].figures) {
       file << ", \"" << f.key << "\": " << number(f, true);
     }
     file << "}" << (i + 1 < reports.size() ? "," : "") << "\n";
   }
   file << "]\n";
+  write_output(path, file.str());
 }
 
 void write_csv(const std::string& path, const std::vector<Report>& reports) {
-  std::ofstream file = open_output(path);
+  if (path.empty() || reports.empty()) return;
+  std::ostringstream file;
   file << "sequence";
   for (const Figure& f : reports.front().figures) file << "," << f.key;
   file << "\n";
   for (const Report& r : reports) {
-    file << r.name;
+    file << csv_text(r.name);
     for (const Figure& f : r.figures) {
       file << "," << (std::isfinite(f.value) ? number(f, true) : "");
     }
     file << "\n";
   }
+  write_output(path, file.str());
 }
 
 // One picture for all results: a titled block of rows for each.
@@ -228,24 +240,24 @@ void write_grid(const std::string& path, const std::vector<Report>& reports) {
     rows.push_back(title);
     rows.insert(rows.end(), r.grid_rows.begin(), r.grid_rows.end());
   }
-  if (rows.empty()) return;
+  if (path.empty() || rows.empty()) return;
   int width = 0;
   for (const cv::Mat& row : rows) width = std::max(width, row.cols);
   for (cv::Mat& row : rows) cv::copyMakeBorder(row, row, 0, 0, 0, width - row.cols, 0);
   cv::Mat grid;
   cv::vconcat(rows, grid);
   cv::cvtColor(grid, grid, cv::COLOR_RGB2BGR);
-  if (!cv::imwrite(path, grid)) throw UnavailableError(path + ": cannot be written");
+  std::vector<uint8_t> bytes;
+  cv::imencode(std::filesystem::path(path).extension().string(), grid, bytes);
+  write_output(path, bytes);
 }
 
 void write_series(const std::string& folder, const ClosedLoopResult& r) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw UnavailableError(folder + ": cannot be made: " + error.message());
+  check_output_folder("series", folder);
   write_errors(folder + "/predictions.csv", r.predictions);
   write_errors(folder + "/commands.csv", r.commands);
   write_errors(folder + "/alignment.csv", r.alignment);
-  std::ofstream file = open_output(folder + "/base.csv");
+  std::ostringstream file;
   file << "time_s,true_x_m,true_y_m,true_z_m,true_yaw_deg,x_m,y_m,z_m,yaw_deg,position_mm,"
           "angle_deg\n";
   for (size_t i = 0; i < r.base_path.size(); ++i) {
@@ -255,6 +267,7 @@ void write_series(const std::string& folder, const ClosedLoopResult& r) {
          << b.estimated_m[2] << "," << b.estimated_yaw_deg << "," << r.base[i].position_mm << ","
          << r.base[i].angle_deg << "\n";
   }
+  write_output(folder + "/base.csv", file.str());
 }
 
 }  // namespace foresight

@@ -30,7 +30,7 @@ Report report_of(const ClosedLoopResult& result);
 void print_table(const EvaluationResult& result);
 void print_table(const ClosedLoopResult& result);
 
-/// Each throws UnavailableError when the file cannot be written.
+/// Each throws UnavailableError when the file cannot be written. An empty path is no output.
 void write_json(const std::string& path, const std::vector<Report>& reports);
 void write_csv(const std::string& path, const std::vector<Report>& reports);
 void write_grid(const std::string& path, const std::vector<Report>& reports);

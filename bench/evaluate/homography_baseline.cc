@@ -67,14 +67,18 @@ std::vector<InversePlane> candidate_planes(const std::vector<Vector3d>& visible)
 
 }  // namespace
 
-WarpedImage warp_by_best_plane(const CameraModel& camera, const cv::Mat& delayed,
-                               const Pose<Map, Cam>& map_from_delayed_cam,
-                               const Pose<Map, Cam>& map_from_cam,
-                               const std::vector<Vector3d>& points_in_map, const cv::Mat& truth) {
+MaskedPicture warp_by_best_plane(const CameraModel& camera, const MaskedPicture& delayed,
+                                 const Pose<Map, Cam>& map_from_delayed_cam,
+                                 const Pose<Map, Cam>& map_from_cam,
+                                 const std::vector<Vector3d>& points_in_map,
+                                 const MaskedPicture& truth) {
   const Matrix3d k = camera_matrix(camera);
   const Pose<Cam, Cam> now_from_delayed = map_from_cam.inverse() * map_from_delayed_cam;
   const auto visible = visible_points(camera, map_from_delayed_cam.inverse(), points_in_map);
-  WarpedImage best;
+  // Pixels beside the rim would be mixed with its black.
+  cv::Mat mixable;
+  cv::erode(delayed.mask, mixable, cv::Mat::ones(3, 3, CV_8U));
+  MaskedPicture best;
   double best_psnr = -1;
   for (const InversePlane& n : candidate_planes(visible)) {
     const Matrix3d h = k *
@@ -85,11 +89,10 @@ WarpedImage warp_by_best_plane(const CameraModel& camera, const cv::Mat& delayed
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) homography.at<double>(r, c) = h(r, c);
     }
-    WarpedImage candidate;
-    cv::warpPerspective(delayed, candidate.rgb, homography, delayed.size());
-    cv::warpPerspective(cv::Mat(delayed.size(), CV_8U, cv::Scalar(255)), candidate.mask, homography,
-                        delayed.size(), cv::INTER_NEAREST);
-    const double score = psnr_db(candidate.rgb, truth, candidate.mask).value_or(0);
+    MaskedPicture candidate;
+    cv::warpPerspective(delayed.rgb, candidate.rgb, homography, mixable.size());
+    cv::warpPerspective(mixable, candidate.mask, homography, mixable.size(), cv::INTER_NEAREST);
+    const double score = psnr_db(candidate.rgb, truth.rgb, candidate.mask & truth.mask).value_or(0);
     if (score > best_psnr) {
       best_psnr = score;
       best = candidate;

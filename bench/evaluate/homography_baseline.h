@@ -13,16 +13,17 @@
 
 namespace foresight {
 
-struct WarpedImage {
-  cv::Mat rgb;
-  cv::Mat mask;  // 255 where the warp has data
+/// RGB, and 255 where it has pixels.
+struct MaskedPicture {
+  cv::Mat rgb, mask;
 };
 
-/// `delayed` and `truth` are distortion-free RGB images of `camera`; points in map coordinates.
-WarpedImage warp_by_best_plane(const CameraModel& camera, const cv::Mat& delayed,
-                               const Pose<Map, Cam>& map_from_delayed_cam,
-                               const Pose<Map, Cam>& map_from_cam,
-                               const std::vector<Eigen::Vector3d>& points_in_map,
-                               const cv::Mat& truth);
+/// `delayed` and `truth` are distortion-free RGB images of `camera`; points in map coordinates. The
+/// plane is chosen on the pixels that both have.
+MaskedPicture warp_by_best_plane(const CameraModel& camera, const MaskedPicture& delayed,
+                                 const Pose<Map, Cam>& map_from_delayed_cam,
+                                 const Pose<Map, Cam>& map_from_cam,
+                                 const std::vector<Eigen::Vector3d>& points_in_map,
+                                 const MaskedPicture& truth);
 
 }  // namespace foresight

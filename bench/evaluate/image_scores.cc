@@ -20,7 +20,7 @@ cv::Mat luma(const cv::Mat& rgb, int type) {
 
 cv::Mat blur(const cv::Mat& m) {
   cv::Mat out;
-  cv::GaussianBlur(m, out, {11, 11}, 1.5);
+  cv::GaussianBlur(m, out, {kSsimWindow_px, kSsimWindow_px}, 1.5);
   return out;
 }
 
@@ -59,7 +59,7 @@ std::vector<double> feature_displacements_px(const cv::Mat& truth, const cv::Mat
   if (corners.empty()) return {};
   std::vector<uchar> ok_there, ok_back;
   std::vector<float> error;
-  const cv::Size window(21, 21);
+  const cv::Size window(kTrackingWindow_px, kTrackingWindow_px);
   cv::calcOpticalFlowPyrLK(from, to, corners, found, ok_there, error, window, 4);
   cv::calcOpticalFlowPyrLK(to, from, found, back, ok_back, error, window, 4);
   std::vector<double> distances;

@@ -7,6 +7,9 @@
 
 namespace foresight {
 
+/// Widths of the windows that ssim() and feature_displacements_px() look through.
+constexpr int kSsimWindow_px = 11, kTrackingWindow_px = 21;
+
 /// Peak signal-to-noise ratio in dB of two 8-bit RGB pictures over the pixels where `mask` is not
 /// zero (empty mask: all). Nothing when the mask is empty of pixels. Capped at 60 dB.
 std::optional<double> psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = {});

@@ -2,9 +2,9 @@
 // the simulated robot (closed_loop_scorer.h).
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <filesystem>
 
 #include "bench/evaluate/figures.h"
+#include "common/output_file.h"
 #include "common/tool_main.h"
 
 namespace foresight {
@@ -49,53 +49,60 @@ void declare(CLI::App& app, Options& o) {
                  "(session-report and --replay read them)");
 }
 
-std::vector<Report> evaluate_recorded(const Options& o) {
+Report evaluate_one(const Options& o, const std::string& sequence, double delay_s,
+                    RunErrors* errors) {
+  const RecordedLineOptions line{sequence, delay_s, o.first_frame, o.frames, o.settings};
+  const auto result = evaluate(line, {.every = o.every}, [&](int frames, int scored) {
+    std::fprintf(stderr, "\r%s, delay %.2f s: frame %d, %d scored ", sequence.c_str(), delay_s,
+                 frames, scored);
+  });
+  std::fprintf(stderr, "\n");
+  print_table(result);
+  if (!result.input.complete()) errors->add(sequence + ": " + result.input.complaint());
+  return report_of(result);
+}
+
+std::vector<Report> evaluate_recorded(const Options& o, RunErrors* errors) {
   check_settings(o.settings, {"camera", "slam", "carver", "mesher", "link", "renderer"});
   std::vector<Report> reports;
   for (const std::string& sequence : o.sequences) {
     for (double delay_s : o.delays_s) {
-      const RecordedLineOptions line{sequence, delay_s, o.first_frame, o.frames, o.settings};
-      const auto result = evaluate(line, {.every = o.every}, [&](int frames, int scored) {
-        std::fprintf(stderr, "\r%s, delay %.2f s: frame %d, %d scored ", sequence.c_str(), delay_s,
-                     frames, scored);
-      });
-      std::fprintf(stderr, "\n");
-      print_table(result);
-      reports.push_back(report_of(result));
+      errors->attempt([&] { reports.push_back(evaluate_one(o, sequence, delay_s, errors)); });
     }
   }
   return reports;
 }
 
-std::string make_folder(const std::string& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw UnavailableError(path + ": cannot be made: " + error.message());
-  return path;
+Report simulate_one(const Options& o, const std::string& motion, double delay_s,
+                    RunErrors* errors) {
+  ClosedLoopOptions loop{o.seconds, delay_s, {"sim.base_motion=" + motion}};
+  loop.settings.insert(loop.settings.end(), o.settings.begin(), o.settings.end());
+  ClosedLoopScoring scoring{.every = o.every};
+  if (!o.log.empty()) {
+    char delay[16];
+    std::snprintf(delay, sizeof delay, "%.2f", delay_s);
+    scoring.log_folder = o.log + "/base_" + motion + "_" + delay;
+    check_output_folder("--log", scoring.log_folder);
+  }
+  auto result = evaluate(loop, scoring, [&](double share) {
+    std::fprintf(stderr, "\rbase %s, delay %.2f s: %3.0f %% ", motion.c_str(), delay_s,
+                 100 * share);
+  });
+  std::fprintf(stderr, "\n");
+  result.name = "base_" + motion;
+  print_table(result);
+  if (!o.series.empty()) {
+    errors->attempt([&] { write_series(o.series + "/" + result.name, result); });
+  }
+  return report_of(result);
 }
 
-std::vector<Report> evaluate_simulated(const Options& o) {
+std::vector<Report> evaluate_simulated(const Options& o, RunErrors* errors) {
   check_settings(o.settings, ClosedLoop::processes());
   std::vector<Report> reports;
   for (const std::string& motion : o.base_motions) {
     for (double delay_s : o.delays_s) {
-      ClosedLoopOptions loop{o.seconds, delay_s, {"sim.base_motion=" + motion}};
-      loop.settings.insert(loop.settings.end(), o.settings.begin(), o.settings.end());
-      ClosedLoopScoring scoring{.every = o.every};
-      if (!o.log.empty()) {
-        char delay[16];
-        std::snprintf(delay, sizeof delay, "%.2f", delay_s);
-        scoring.log_folder = make_folder(o.log + "/base_" + motion + "_" + delay);
-      }
-      auto result = evaluate(loop, scoring, [&](double share) {
-        std::fprintf(stderr, "\rbase %s, delay %.2f s: %3.0f %% ", motion.c_str(), delay_s,
-                     100 * share);
-      });
-      std::fprintf(stderr, "\n");
-      result.name = "base_" + motion;
-      print_table(result);
-      reports.push_back(report_of(result));
-      if (!o.series.empty()) write_series(o.series + "/" + result.name, result);
+      errors->attempt([&] { reports.push_back(simulate_one(o, motion, delay_s, errors)); });
     }
   }
   return reports;
@@ -103,10 +110,18 @@ std::vector<Report> evaluate_simulated(const Options& o) {
 
 int run(const Options& o) {
   if (o.sim == !o.sequences.empty()) throw UsageError("give a sequence or --sim, one of the two");
-  const std::vector<Report> reports = o.sim ? evaluate_simulated(o) : evaluate_recorded(o);
-  if (!o.json.empty()) write_json(o.json, reports);
-  if (!o.csv.empty()) write_csv(o.csv, reports);
-  if (!o.grid.empty()) write_grid(o.grid, reports);
+  check_output("--json", o.json);
+  check_output("--csv", o.csv);
+  check_output("--grid", o.grid, kPictureExtensions);
+  check_output_folder("--series", o.series);
+  check_output_folder("--log", o.log);
+  RunErrors errors;
+  const std::vector<Report> reports =
+      o.sim ? evaluate_simulated(o, &errors) : evaluate_recorded(o, &errors);
+  errors.attempt([&] { write_json(o.json, reports); });
+  errors.attempt([&] { write_csv(o.csv, reports); });
+  errors.attempt([&] { write_grid(o.grid, reports); });
+  errors.report();
   return kExitDone;
 }
 

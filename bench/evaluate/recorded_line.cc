@@ -16,6 +16,7 @@ constexpr Duration kStep = milliseconds(10);
 void RecordedLine::restart(const std::string& process) {
   Process& added = swarm_.restart(process);
   if (process == RendererProcess::kInfo.name) renderer_ = static_cast<RendererProcess*>(&added);
+  if (process == CameraProcess::kInfo.name) camera_ = static_cast<CameraProcess*>(&added);
 }
 
 RecordedLine::RecordedLine(const RecordedLineOptions& options)
@@ -26,16 +27,16 @@ RecordedLine::RecordedLine(const RecordedLineOptions& options)
   swarm_.add<LinkProcess>(
       {"to_operator_delay_s=" + std::to_string(options.delay_s), "to_robot_delay_s=0"});
   renderer_ = &swarm_.add<RendererProcess>({"display=headless", "idle_rate_hz=1"});
-  const auto& camera = swarm_.add<CameraProcess>(
+  camera_ = &swarm_.add<CameraProcess>(
       {"source=" + options.sequence, "first_frame=" + std::to_string(options.first_frame),
        "frame_count=" + std::to_string(options.frame_count), "exit_at_end=true"});
-  camera_ = camera.camera();
 }
 
 bool RecordedLine::step() {
   Simulation& world = swarm_.world();
   world.run_until(world.now() + kStep);
-  if (!ended_ && world.is_stopped()) {
+  const bool source_failed = world.node(CameraProcess::kInfo.name).state() == ProcessState::kFailed;
+  if (!ended_ && (world.is_stopped() || source_failed)) {
     ended_ = true;
     end_ = world.now() + seconds(options_.delay_s);
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bench/evaluate/swarm.h"
+#include "procs/camera/process.h"
 #include "procs/renderer/process.h"
 
 namespace foresight {
@@ -29,7 +30,10 @@ class RecordedLine {
   Simulation& world() { return swarm_.world(); }
   RendererProcess& renderer() { return *renderer_; }
   /// Distortion-afflicted intrinsics of IMAGE.
-  CameraModel camera() const { return camera_; }
+  CameraModel camera() const { return camera_->camera(); }
+  double delay_s() const { return options_.delay_s; }
+  /// Which images were published, which could not be, and what the intrinsics are.
+  const CameraProcess& source() const { return *camera_; }
   /// Runs for 10 ms; false when the source has ended and the link has drained.
   bool step();
   /// Ends a process as SIGKILL would and starts it anew.
@@ -39,7 +43,7 @@ class RecordedLine {
   RecordedLineOptions options_;
   Swarm swarm_;
   RendererProcess* renderer_ = nullptr;
-  CameraModel camera_;
+  CameraProcess* camera_ = nullptr;
   Time end_;
   bool ended_ = false;
 };

@@ -36,6 +36,9 @@ class Scorer {
     pictures_.finish(&result_);
     result_.map_points = map_.points();
     result_.keyframes = map_.keyframes();
+    result_.input = line_.source().report();
+    result_.focal_px = line_.camera().fx_px;
+    result_.intrinsics_are_guessed = line_.source().intrinsics_are_guessed();
   }
 
  private:
@@ -44,7 +47,7 @@ class Scorer {
     if (result_.frames++ == 0) first_frame_ = {message.utime};
     truth_time_ = {message.utime};
     truth_message_ = message;
-    truth_.release();
+    truth_.rgb.release();
   }
   void on_pose() {
     if (began_) ++result_.frames_after_init;
@@ -58,7 +61,10 @@ class Scorer {
   }
   void on_prediction(const PredictedFrame& frame) {
     const Time instant = frame.pose.instant;
-    if (instant != truth_time_ || shown_.rgb.empty()) return;
+    if (instant != truth_time_ || shown_.picture.rgb.empty()) return;
+    // The camera stands still (its images are refused, or at an end): what it showed last would be
+    // compared with itself.
+    if (line_.delay_s() > 0 && shown_.time == truth_time_) return;
     if (instant == last_prediction_) return;  // a redraw of the same instant
     last_prediction_ = instant;
     if (!began_) {
@@ -68,7 +74,7 @@ class Scorer {
     }
     if (result_.predicted_frames++ % options_.every != 0) return;
     result_.triangles = static_cast<int>(line_.renderer().triangles());
-    if (truth_.empty()) {
+    if (truth_.rgb.empty()) {
       const auto image = decode_image(truth_message_, 3);
       if (!image) return;
       truth_ = undistort_(to_mat(*image));
@@ -85,7 +91,7 @@ class Scorer {
   MapPoints map_;
   Time first_frame_, truth_time_, last_prediction_;
   image_t truth_message_;
-  cv::Mat truth_;
+  MaskedPicture truth_;
   ShownVideo shown_;
   bool began_ = false;
 };

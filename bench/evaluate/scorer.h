@@ -19,6 +19,9 @@ struct EvaluationResult : PictureScores {
   int predicted_frames = 0;       // of these, with a predicted view; every Nth is scored
   double first_prediction_s = 0;  // after the first frame
   int map_points = 0, keyframes = 0, triangles = 0;
+  InputReport input;    // which images were used and which could not be
+  double focal_px = 0;  // of the published images
+  bool intrinsics_are_guessed = false;
 };
 
 struct ScoringOptions {

@@ -2,12 +2,14 @@
 // the base's motion and ours on synthetic motions with noise like that of our SLAM.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "bench/handeye_eval/base_filter_evaluation.h"
 #include "bench/handeye_eval/line_plot.h"
-#include "common/errors.h"
+#include "common/output_file.h"
+#include "common/tool_main.h"
 
 namespace foresight {
 namespace {
@@ -32,7 +34,8 @@ void print(const std::vector<Row>& rows) {
 }
 
 void write_json(const std::vector<Row>& rows, const std::string& path) {
-  std::ofstream file(path);
+  if (path.empty()) return;
+  std::ostringstream file;
   file << "[\n";
   for (size_t i = 0; i < rows.size(); ++i) {
     const BaseFilterScore& s = rows[i].score;
@@ -45,7 +48,13 @@ void write_json(const std::vector<Row>& rows, const std::string& path) {
          << (i + 1 < rows.size() ? ",\n" : "\n");
   }
   file << "]\n";
-  if (!file) throw UnavailableError(path + ": cannot be written");
+  write_output(path, file.str());
+}
+
+void write_picture(const std::string& path, const cv::Mat& picture) {
+  std::vector<uint8_t> bytes;
+  cv::imencode(std::filesystem::path(path).extension().string(), picture, bytes);
+  write_output(path, bytes);
 }
 
 // Where the base is along its main direction of travel.
@@ -74,20 +83,9 @@ PlotPanel panel_of(BaseMotionKind kind, const std::vector<BaseFrame>& frames,
   return panel;
 }
 
-int run(int argc, char** argv) {
-  CLI::App app("Compares filters of the base's motion on synthetic motions");
-  std::string plot, json;
-  BaseMotionOptions options;
-  options.mistrack_length_s = 1;
-  app.add_option("--plot", plot, "draw truth and estimates to this image file");
-  app.add_option("--json", json, "write the numbers to this file");
-  app.add_option("--noise", options.noise_m, "noise of the camera's place per frame, m (3D)");
-  app.add_option("--noise-deg", options.noise_deg, "noise of its orientation per frame, deg (3D)");
-  app.add_option("--mistrack", options.mistrack_length_s, "length of the mistracked piece, s");
-  app.add_option("--mistrack-by", options.mistrack_m, "its error, m; 0.5 deg per cm");
-  app.add_option("--seed", options.seed, "of the noise");
-  CLI11_PARSE(app, argc, argv);
-  options.mistrack_deg = 50 * options.mistrack_m;
+int run(const BaseMotionOptions& options, const std::string& plot, const std::string& json) {
+  check_output("--plot", plot, kPictureExtensions);
+  check_output("--json", json);
   std::vector<Row> rows;
   std::vector<PlotPanel> panels;
   for (const BaseMotionKind kind : kAllBaseMotions) {
@@ -100,10 +98,10 @@ int run(int argc, char** argv) {
         panel_of(kind, frames, rows[rows.size() - 2].score, rows[rows.size() - 1].score));
   }
   print(rows);
-  if (!json.empty()) write_json(rows, json);
-  if (!plot.empty() && !cv::imwrite(plot, draw(panels))) {
-    throw UnavailableError(plot + ": cannot be written");
-  }
+  RunErrors errors;
+  errors.attempt([&] { write_json(rows, json); });
+  if (!plot.empty()) errors.attempt([&] { write_picture(plot, draw(panels)); });
+  errors.report();
   return kExitDone;
 }
 
@@ -111,10 +109,20 @@ int run(int argc, char** argv) {
 }  // namespace foresight
 
 int main(int argc, char** argv) {
-  try {
-    return foresight::run(argc, argv);
-  } catch (const foresight::StartupError& e) {
-    std::fprintf(stderr, "base-filter-eval: %s\n", e.what());
-    return e.code();
-  }
+  using namespace foresight;
+  CLI::App app("Compares filters of the base's motion on synthetic motions", "base-filter-eval");
+  std::string plot, json;
+  BaseMotionOptions options;
+  options.mistrack_length_s = 1;
+  app.add_option("--plot", plot, "draw truth and estimates to this image file");
+  app.add_option("--json", json, "write the numbers to this file");
+  app.add_option("--noise", options.noise_m, "noise of the camera's place per frame, m (3D)");
+  app.add_option("--noise-deg", options.noise_deg, "noise of its orientation per frame, deg (3D)");
+  app.add_option("--mistrack", options.mistrack_length_s, "length of the mistracked piece, s");
+  app.add_option("--mistrack-by", options.mistrack_m, "its error, m; 0.5 deg per cm");
+  app.add_option("--seed", options.seed, "of the noise");
+  return tool_main(app, argc, argv, [&] {
+    options.mistrack_deg = 50 * options.mistrack_m;
+    return run(options, plot, json);
+  });
 }

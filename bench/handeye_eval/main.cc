@@ -2,10 +2,11 @@
 // place, and OpenCV's hand-eye calibrations, on recorded data; see handeye_data.h.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
+#include <sstream>
 
 #include "bench/handeye_eval/handeye_evaluation.h"
-#include "common/errors.h"
+#include "common/output_file.h"
+#include "common/tool_main.h"
 #include "procs/calibrator/geometry.h"
 
 namespace foresight {
@@ -47,7 +48,8 @@ void print(const HandEyeEvaluation& e) {
 }
 
 void write_json(const std::vector<HandEyeEvaluation>& evaluations, const std::string& path) {
-  std::ofstream file(path);
+  if (path.empty()) return;
+  std::ostringstream file;
   file << "[\n";
   for (size_t i = 0; i < evaluations.size(); ++i) {
     const HandEyeEvaluation& e = evaluations[i];
@@ -68,25 +70,21 @@ void write_json(const std::vector<HandEyeEvaluation>& evaluations, const std::st
     file << "  ]}" << (i + 1 < evaluations.size() ? ",\n" : "\n");
   }
   file << "]\n";
-  if (!file) throw UnavailableError(path + ": cannot be written");
+  write_output(path, file.str());
 }
 
-int run(int argc, char** argv) {
-  CLI::App app("Compares our alignment with OpenCV's hand-eye calibrations on recorded data");
-  std::vector<std::string> folders;
-  std::string json;
-  int step = 4;
-  app.add_option("folder", folders, "folders with robot poses and target corners, or with a log")
-      ->required();
-  app.add_option("--json", json, "write the numbers to this file");
-  app.add_option("--step", step, "take every so many poses of a log")->check(CLI::PositiveNumber);
-  CLI11_PARSE(app, argc, argv);
+int run(const std::vector<std::string>& folders, int step, const std::string& json) {
+  check_output("--json", json);
+  RunErrors errors;
   std::vector<HandEyeEvaluation> evaluations;
   for (const std::string& folder : folders) {
-    evaluations.push_back(evaluate_handeye(load_handeye(folder, step)));
-    print(evaluations.back());
+    errors.attempt([&] {
+      evaluations.push_back(evaluate_handeye(load_handeye(folder, step)));
+      print(evaluations.back());
+    });
   }
-  if (!json.empty()) write_json(evaluations, json);
+  errors.attempt([&] { write_json(evaluations, json); });
+  errors.report();
   return kExitDone;
 }
 
@@ -94,10 +92,14 @@ int run(int argc, char** argv) {
 }  // namespace foresight
 
 int main(int argc, char** argv) {
-  try {
-    return foresight::run(argc, argv);
-  } catch (const foresight::StartupError& e) {
-    std::fprintf(stderr, "handeye-eval: %s\n", e.what());
-    return e.code();
-  }
+  CLI::App app("Compares our alignment with OpenCV's hand-eye calibrations on recorded data",
+               "handeye-eval");
+  std::vector<std::string> folders;
+  std::string json;
+  int step = 4;
+  app.add_option("folder", folders, "folders with robot poses and target corners, or with a log")
+      ->required();
+  app.add_option("--json", json, "write the numbers to this file");
+  app.add_option("--step", step, "take every so many poses of a log")->check(CLI::PositiveNumber);
+  return foresight::tool_main(app, argc, argv, [&] { return foresight::run(folders, step, json); });
 }

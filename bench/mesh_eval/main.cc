@@ -1,12 +1,12 @@
 // mesh-eval SEQUENCE_DIR…: how right is the mesh of a real image sequence? See mesh_evaluation.h.
 // scripts/mesh_eval builds and runs it.
 #include <cstdio>
-#include <filesystem>
 
 #include "bench/evaluate/swarm.h"
 #include "bench/mesh_eval/mesh_evaluation.h"
 #include "bench/mesh_eval/mesh_pictures.h"
 #include "bench/mesh_eval/reports.h"
+#include "common/output_file.h"
 #include "common/tool_main.h"
 #include "procs/carver/process.h"
 #include "procs/mesher/process.h"
@@ -58,23 +58,37 @@ MeshEvaluationOptions options_of(const Arguments& a) {
           .least_confidence = a.least_confidence};
 }
 
-int evaluate_all(const Arguments& a) {
-  const MeshEvaluationOptions options = options_of(a);
-  std::vector<MeshEvaluation> evaluations;
-  for (const std::string& folder : a.folders) {
-    const Sequence sequence = load_sequence(folder);
-    MeshEvaluation e = evaluate_mesh(sequence, options);
-    if (!a.pictures.empty()) {
-      std::filesystem::create_directories(a.pictures);
+MeshEvaluation evaluate_one(const Arguments& a, const std::string& folder,
+                            const MeshEvaluationOptions& options, RunErrors* errors) {
+  const Sequence sequence = load_sequence(folder);
+  MeshEvaluation e = evaluate_mesh(sequence, options);
+  if (!a.pictures.empty()) {
+    errors->attempt([&] {
       write_mesh_picture(sequence, e,
                          a.mesh_alone ? PictureOf::kMeshAlone : PictureOf::kMeshAndImages,
                          a.pictures + "/" + e.sequence + ".jpg");
-    }
-    e.mesh = {};
-    evaluations.push_back(std::move(e));
+    });
+  }
+  for (const std::string& remark : e.remarks) {
+    std::fprintf(stderr, "%s: %s\n", e.sequence.c_str(), remark.c_str());
+  }
+  if (!e.complaint.empty()) errors->add(e.complaint);
+  e.mesh = {};
+  return e;
+}
+
+int evaluate_all(const Arguments& a) {
+  const MeshEvaluationOptions options = options_of(a);
+  check_output("--json", a.json);
+  check_output_folder("--picture", a.pictures);
+  RunErrors errors;
+  std::vector<MeshEvaluation> evaluations;
+  for (const std::string& folder : a.folders) {
+    errors.attempt([&] { evaluations.push_back(evaluate_one(a, folder, options, &errors)); });
   }
   std::fputs(table_of(evaluations).c_str(), stdout);
-  if (!a.json.empty()) write_json(evaluations, a.json);
+  if (!a.json.empty()) errors.attempt([&] { write_json(evaluations, a.json); });
+  errors.report();
   return kExitDone;
 }
 

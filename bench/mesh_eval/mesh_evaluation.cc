@@ -65,11 +65,16 @@ MeshEvaluation evaluate_mesh(const Sequence& sequence, const MeshEvaluationOptio
   };
   const Evaluation tracked = evaluate(sequence, options.slam, range);
   if (tracked.depth.compared == 0) {
-    throw UnavailableError(sequence.name + ": no depth image shows a point of the map");
+    const std::string why = complaint(tracked);
+    throw UnavailableError(sequence.name + ": no depth image shows a point of the map" +
+                           (why.empty() ? "" : " (" + why + ")"));
   }
   MeshEvaluation e;
   e.sequence = sequence.name;
   e.least_confidence = options.least_confidence;
+  e.refused_images = tracked.input.refused();
+  e.remarks = tracked.input.lines();
+  e.complaint = complaint(tracked);
   e.metres_per_mu = tracked.depth.metres_per_mu;
   if (tracked.world_from_map) e.truth_metres_per_mu = tracked.world_from_map->scale();
   e.mesh = follower.mesh();

@@ -33,6 +33,9 @@ struct MeshEvaluation {
   DepthScore final_mesh;                      // in the end
   DepthScore live_mesh;                       // the newest that had been sent when the image came
   int points = 0, keyframes = 0, triangles = 0;
+  int refused_images = 0;            // of the colour images
+  std::vector<std::string> remarks;  // on the images: what was odd, and what was refused
+  std::string complaint;             // what could not be used; empty if all could
   // For pictures: the last epoch's.
   Mesh mesh;
   std::vector<MapKeyframe> map_keyframes;

@@ -9,6 +9,7 @@
 #include "bench/slam_eval/depth_image.h"
 #include "bench/slam_eval/score.h"
 #include "common/errors.h"
+#include "common/output_file.h"
 
 namespace foresight {
 namespace {
@@ -75,10 +76,12 @@ cv::Mat caption(const std::string& text, int width_px) {
   return strip;
 }
 
-const SequenceImage& image_nearest(const std::vector<SequenceImage>& images, Time time) {
-  return *std::min_element(images.begin(), images.end(), [&](const auto& a, const auto& b) {
-    return std::abs((a.time - time).us) < std::abs((b.time - time).us);
-  });
+size_t index_nearest(const std::vector<SequenceImage>& images, Time time) {
+  const auto nearest =
+      std::min_element(images.begin(), images.end(), [&](const auto& a, const auto& b) {
+        return std::abs((a.time - time).us) < std::abs((b.time - time).us);
+      });
+  return static_cast<size_t>(nearest - images.begin());
 }
 
 cv::Mat side_by_side(const std::vector<cv::Mat>& panels) {
@@ -106,10 +109,11 @@ class Drawing {
 
   cv::Mat row(Time time, const Pose<Map, Cam>& map_from_cam) {
     const SeenMesh seen = mesh_.from(map_from_cam, rays_);
-    const cv::Mat depth_m = load_depth(sequence_, image_nearest(sequence_.depth_images, time));
+    const cv::Mat depth_m =
+        load_depth(sequence_, sequence_.depth_images[index_nearest(sequence_.depth_images, time)]);
     cv::Mat camera, painted(seen.depth_mu.size(), CV_8UC3, kUnseen);
-    cv::resize(cv::imread(image_nearest(sequence_.images, time).path, cv::IMREAD_COLOR), camera,
-               painted.size(), 0, 0, cv::INTER_AREA);
+    cv::resize(sequence_.colour(index_nearest(sequence_.images, time)), camera, painted.size(), 0,
+               0, cv::INTER_AREA);
     if (with_images_) painter_.paint(seen, rays_, map_from_cam, time - kAge, &painted);
     return side_by_side(
         chosen({camera, shade(mesh_, seen, rays_, map_from_cam), painted,
@@ -233,9 +237,12 @@ cv::Mat draw_mesh(const Sequence& sequence, const MeshEvaluation& evaluation, Pi
 void write_mesh_picture(const Sequence& sequence, const MeshEvaluation& evaluation, PictureOf what,
                         const std::string& path) {
   const cv::Mat picture = draw_mesh(sequence, evaluation, what);
-  if (picture.empty() || !cv::imwrite(path, picture, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality})) {
-    throw UnavailableError(path + ": cannot be written");
+  std::vector<uint8_t> bytes;
+  if (!picture.empty()) {
+    cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
   }
+  if (bytes.empty()) throw UnavailableError(path + ": there is nothing to draw");
+  write_output(path, bytes);
 }
 
 }  // namespace foresight

@@ -1,10 +1,10 @@
 #include "bench/mesh_eval/reports.h"
 
 #include <cstdio>
-#include <fstream>
+#include <sstream>
 #include <utility>
 
-#include "common/errors.h"
+#include "common/output_file.h"
 
 namespace foresight {
 namespace {
@@ -44,7 +44,8 @@ Row row_of(const MeshEvaluation& e, const char* mesh, const DepthScore& s) {
            {"truth_metres_per_mu", e.truth_metres_per_mu.value_or(-1), 4},
            {"points", static_cast<double>(e.points), 0},
            {"keyframes", static_cast<double>(e.keyframes), 0},
-           {"triangles", static_cast<double>(e.triangles), 0}}};
+           {"triangles", static_cast<double>(e.triangles), 0},
+           {"refused_images", static_cast<double>(e.refused_images), 0}}};
 }
 
 std::vector<Row> rows_of(const std::vector<MeshEvaluation>& evaluations) {
@@ -75,17 +76,17 @@ std::string table_of(const std::vector<MeshEvaluation>& evaluations) {
 }
 
 void write_json(const std::vector<MeshEvaluation>& evaluations, const std::string& path) {
-  std::ofstream file(path);
+  std::ostringstream file;
   file << "[";
   const char* separator = "\n";
   for (const Row& row : rows_of(evaluations)) {
-    file << std::exchange(separator, ",\n") << "  {\"sequence\": \"" << row.sequence
-         << "\", \"mesh\": \"" << row.mesh << "\"";
+    file << std::exchange(separator, ",\n") << "  {\"sequence\": " << json_text(row.sequence)
+         << ", \"mesh\": \"" << row.mesh << "\"";
     for (const Figure& f : row.figures) file << ", \"" << f.key << "\": " << text_of(f);
     file << "}";
   }
   file << "\n]\n";
-  if (!file.flush()) throw UnavailableError(path + ": cannot be written");
+  write_output(path, file.str());
 }
 
 }  // namespace foresight

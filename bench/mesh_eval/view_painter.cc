@@ -1,7 +1,6 @@
 #include "bench/mesh_eval/view_painter.h"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "common/errors.h"
@@ -41,9 +40,8 @@ const cv::Mat& ViewPainter::image_of(const MapKeyframe& keyframe) {
   const auto entry = std::find_if(sequence_.images.begin(), sequence_.images.end(),
                                   [&](const SequenceImage& i) { return i.time == keyframe.time; });
   if (entry == sequence_.images.end()) throw UnavailableError("a keyframe without an image");
-  const cv::Mat whole = cv::imread(entry->path, cv::IMREAD_COLOR);
-  if (whole.empty()) throw UnavailableError(entry->path + ": cannot be read as an image");
-  cv::resize(whole, image, {camera_.width_px, camera_.height_px}, 0, 0, cv::INTER_AREA);
+  cv::resize(sequence_.colour(static_cast<size_t>(entry - sequence_.images.begin())), image,
+             {camera_.width_px, camera_.height_px}, 0, 0, cv::INTER_AREA);
   return image;
 }
 

@@ -1,6 +1,7 @@
 // session-report: figures and series of a recorded session with the simulated robot; see session.h.
 // scripts/report draws them as a page.
 #include "bench/session_report/session.h"
+#include "common/output_file.h"
 #include "common/tool_main.h"
 
 int main(int argc, char** argv) {
@@ -18,6 +19,7 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false);
   return tool_main(app, argc, argv, [&] {
     check_settings(settings, {"sim"});
+    check_output_folder("--output", output);
     Session session(Swarm::params<sim::SimProcess>(settings));
     session.read(robot_log, operator_log);
     session.write(output);

@@ -2,13 +2,14 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
+#include <sstream>
 
 #include "bench/evaluate/figures.h"
 #include "bench/evaluate/image_scores.h"
 #include "common/errors.h"
 #include "common/message_check.h"
 #include "common/messages.h"
+#include "common/output_file.h"
 
 namespace foresight {
 namespace {
@@ -163,7 +164,7 @@ void Session::score(const display_stats_t& shown, const Truth& truth) {
 
 void Session::write(const std::string& folder) const {
   write_series(folder, result_);
-  std::ofstream pictures(folder + "/pictures.csv"), joints(folder + "/joints.csv");
+  std::ostringstream pictures, joints;
   pictures << "time_s,motion_to_picture_ms,texture_age_ms,draw_ms\n";
   std::vector<double> latency_ms, draw_ms, texture_ms;
   for (const ShownPicture& p : pictures_) {
@@ -185,8 +186,9 @@ void Session::write(const std::string& folder) const {
   report.figures.push_back({"motion_to_picture_p95_ms", percentile(latency_ms, 0.95), 1});
   report.figures.push_back({"draw_median_ms", percentile(draw_ms, 0.5), 1});
   report.figures.push_back({"texture_age_median_ms", percentile(texture_ms, 0.5), 1});
+  write_output(folder + "/pictures.csv", pictures.str());
+  write_output(folder + "/joints.csv", joints.str());
   write_json(folder + "/summary.json", {report});
-  if (!pictures || !joints) throw UnavailableError(folder + ": cannot be written");
 }
 
 }  // namespace foresight

@@ -90,7 +90,7 @@ DepthCheck summarise(const std::vector<Compared>& compared) {
 
 DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
                        const std::map<int32_t, Time>& keyframe_times,
-                       const std::map<Time, Pose<Map, Cam>>& live_poses) {
+                       const std::map<Time, Pose<Map, Cam>>& live_poses, InputReport* report) {
   std::map<int32_t, MapPoint> points;
   for (const MapPoint& p : snapshot.points_set) points[p.id] = p;
   std::map<int32_t, std::vector<int32_t>> seen_by;
@@ -102,7 +102,7 @@ DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
     const auto live = live_poses.find(entry.time);
     const int32_t keyframe = nearest_keyframe(keyframe_times, entry.time);
     if (live == live_poses.end() || keyframe < 0) continue;
-    const cv::Mat depth_m = load_depth(sequence, entry);
+    const cv::Mat depth_m = load_depth(sequence, entry, report);
     if (depth_m.empty()) continue;
     const Pose<Cam, Map> cam_from_map = live->second.inverse();
     for (const int32_t id : seen_by[keyframe]) {

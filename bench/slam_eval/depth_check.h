@@ -9,6 +9,7 @@
 #include "bench/slam_eval/sequence.h"
 #include "common/frames.h"
 #include "common/map_delta.h"
+#include "procs/camera/input_report.h"
 
 namespace foresight {
 
@@ -22,9 +23,10 @@ struct DepthCheck {
   double metres_per_mu = 0;
 };
 
-/// `live_poses`: at the times of depth images; others are passed over.
+/// `live_poses`: at the times of depth images; others are passed over. `report`: which of the depth
+/// images that were wanted could be used.
 DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
                        const std::map<int32_t, Time>& keyframe_times,
-                       const std::map<Time, Pose<Map, Cam>>& live_poses);
+                       const std::map<Time, Pose<Map, Cam>>& live_poses, InputReport* report);
 
 }  // namespace foresight

@@ -35,14 +35,23 @@ cv::Mat registered(const cv::Mat& depth_m, const CameraModel& depth_camera,
   return carried;
 }
 
+std::string depth_fault(const cv::Mat& raw, const CameraModel& camera) {
+  if (raw.empty()) return "cannot be read as an image";
+  if (raw.type() != CV_16UC1) return "is no 16-bit gray image";
+  if (raw.cols == camera.width_px && raw.rows == camera.height_px) return "";
+  return "has another size than the images: " + std::to_string(raw.cols) + "x" +
+         std::to_string(raw.rows) + " px";
+}
+
 }  // namespace
 
-cv::Mat load_depth(const Sequence& sequence, const SequenceImage& entry) {
+cv::Mat load_depth(const Sequence& sequence, const SequenceImage& entry, InputReport* report) {
   const CameraModel& camera = sequence.camera;
   const cv::Mat raw = cv::imread(entry.path, cv::IMREAD_UNCHANGED);
-  if (raw.type() != CV_16UC1 || raw.cols != camera.width_px || raw.rows != camera.height_px) {
-    return {};
-  }
+  const std::string fault = depth_fault(raw, camera);
+  if (report != nullptr && fault.empty()) report->use();
+  if (report != nullptr && !fault.empty()) report->refuse(entry.path, fault);
+  if (!fault.empty()) return {};
   cv::Mat depth_m;
   raw.convertTo(depth_m, CV_32F, sequence.depth_scale);
   depth_m.setTo(0, (raw == kNothing) | (raw == kTooFar));

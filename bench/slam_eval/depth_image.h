@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "bench/slam_eval/sequence.h"
+#include "procs/camera/input_report.h"
 
 namespace foresight {
 
@@ -11,6 +12,8 @@ namespace foresight {
 /// none was measured; empty if the file is no 16-bit image of the camera's size. Images of a camera
 /// of their own (Sequence::depth_camera) are carried over pixel by pixel, the nearest surface
 /// wins; where that camera sits is what Kinects of the first kind have: 25 mm to the left.
-cv::Mat load_depth(const Sequence& sequence, const SequenceImage& entry);
+/// What cannot be used is said in `report`.
+cv::Mat load_depth(const Sequence& sequence, const SequenceImage& entry,
+                   InputReport* report = nullptr);
 
 }  // namespace foresight

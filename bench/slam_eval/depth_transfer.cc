@@ -25,7 +25,8 @@ cv::Mat image_at(const Sequence& sequence, Time time) {
   const auto it = std::lower_bound(sequence.images.begin(), sequence.images.end(), time,
                                    [](const SequenceImage& i, Time t) { return i.time < t; });
   if (it == sequence.images.end() || it->time - time > milliseconds(20)) return {};
-  return cv::imread(it->path, cv::IMREAD_GRAYSCALE);
+  const Picture picture = sequence.gray(static_cast<size_t>(it - sequence.images.begin()));
+  return picture.error.empty() ? view_of(picture.image).clone() : cv::Mat();
 }
 
 // Corners whose depth is known and does not jump nearby, and where they are in the second image.
@@ -113,9 +114,9 @@ std::vector<DepthTransfer> transfer_through_depth(const Sequence& sequence, Dura
     if (relative.size() < poses.size()) continue;
     const cv::Mat first_image = image_at(sequence, first.time);
     const cv::Mat depth = cv::imread(first.path, cv::IMREAD_UNCHANGED);
-    if (first_image.empty() || depth.empty() || depth.type() != CV_16UC1) continue;
-    const std::vector<Carried> carried =
-        carry(sequence, first_image, depth, image_at(sequence, second->time));
+    const cv::Mat second_image = image_at(sequence, second->time);
+    if (first_image.empty() || second_image.empty() || depth.type() != CV_16UC1) continue;
+    const std::vector<Carried> carried = carry(sequence, first_image, depth, second_image);
     if (carried.size() < kMinCorners) continue;
     const Pose<Cam, Cam> fit = best_fit(sequence.camera, relative.back(), carried);
     for (size_t i = 0; i < poses.size(); ++i) {

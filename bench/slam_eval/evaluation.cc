@@ -7,11 +7,11 @@
 #include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "bench/slam_eval/cpu_time.h"
 #include "bench/slam_eval/score.h"
 #include "common/errors.h"
+#include "common/output_file.h"
 #include "common/peak_memory.h"
 #include "procs/slam/map_folder.h"
 
@@ -99,19 +99,18 @@ void compare_transfer(const Sequence& sequence, const std::map<Time, Pose<Map, C
 void save(const Slam& slam, const Evaluation& e, const std::string& folder) {
   std::filesystem::create_directories(folder);
   write_map_folder(slam.stored_map(), folder + "/map");
-  const std::string path = folder + "/trajectory.txt";
-  FILE* file = std::fopen(path.c_str(), "w");
-  if (file == nullptr) throw UnavailableError(path + ": cannot be written");
-  std::fprintf(file, "# timestamp tx ty tz qx qy qz qw\n");
+  std::string text = "# timestamp tx ty tz qx qy qz qw\n";
   for (const Answer& a : e.answers) {
     if (a.state != TrackingState::kTracking || a.epoch != slam.epoch()) continue;
     const Eigen::Vector3d& t = a.map_from_cam.translation();
     const Eigen::Quaterniond& q = a.map_from_cam.rotation();
-    std::fprintf(file, "%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
-                 static_cast<double>(a.played.time.us) * 1e-6, t.x(), t.y(), t.z(), q.x(), q.y(),
-                 q.z(), q.w());
+    char line[200];
+    std::snprintf(line, sizeof line, "%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
+                  static_cast<double>(a.played.time.us) * 1e-6, t.x(), t.y(), t.z(), q.x(), q.y(),
+                  q.z(), q.w());
+    text += line;
   }
-  if (std::fclose(file) != 0) throw UnavailableError(path + ": cannot be written");
+  write_output(folder + "/trajectory.txt", text);
 }
 
 void note_times(const std::vector<double>& track_ms, const std::vector<double>& job_ms,
@@ -125,6 +124,20 @@ void note_times(const std::vector<double>& track_ms, const std::vector<double>& 
   e->job_ms_median = quantile(job_ms, 0.5);
   e->job_ms_max = quantile(job_ms, 1.0);
   e->jobs = static_cast<int>(job_ms.size());
+}
+
+// Empty when it cannot be used, which is noted.
+Picture next_picture(const Sequence& sequence, size_t index, InputReport* report) {
+  Picture picture = sequence.gray(index);
+  const std::string& name = sequence.images[index].path;
+  if (!picture.error.empty()) {
+    report->refuse(name, picture.error);
+    picture.image = {};
+    return picture;
+  }
+  report->use();
+  if (!picture.warning.empty()) report->warn(name, picture.warning);
+  return picture;
 }
 
 double median_over(const std::vector<Evaluation>& runs, double Evaluation::*member) {
@@ -158,15 +171,19 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   CameraModel camera = degraded_camera(sequence.camera, range.degradation);
   camera.fx_px *= range.focal_factor;
   camera.fy_px *= range.focal_factor;
+  e.focal_px = camera.fx_px;
+  e.intrinsics_are_guessed = sequence.intrinsics_are_guessed;
+  e.truth_images = sequence.images_with_truth();
+  for (const std::string& note : sequence.notes) e.input.note(note);
   Slam slam(camera, options);
   std::vector<double> track_ms, job_ms;
   std::map<int32_t, Time> keyframe_times;
   const std::vector<PlayedImage> playlist = make_playlist(sequence, range.play, range.degradation);
   for (const PlayedImage& played : playlist) {
     const SequenceImage& entry = sequence.images[played.index];
-    const cv::Mat original = cv::imread(entry.path, cv::IMREAD_GRAYSCALE);
-    if (original.empty()) throw UnavailableError(entry.path + ": cannot be read as an image");
-    const cv::Mat image = degraded_image(original, played, range.degradation);
+    const Picture original = next_picture(sequence, played.index, &e.input);
+    if (original.image.bytes.empty()) continue;
+    const cv::Mat image = degraded_image(view_of(original.image), played, range.degradation);
     const double start_ms = cpu_ms();
     const TrackingResult r = slam.track(
         played.time, {image.data, image.cols, image.rows, static_cast<int>(image.step[0])});
@@ -186,6 +203,8 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
       e.points_at_half = slam.statistics().points;
     }
   }
+  e.input.end(sequence.shortfall);
+  if (e.input.used() == 0) throw UnavailableError(sequence.name + ": " + e.input.complaint());
   e.frames = static_cast<int>(e.answers.size());
   note_times(track_ms, job_ms, &e);
   e.peak_mb = peak_memory_mb();
@@ -194,16 +213,29 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
   e.map = slam.stored_map();
   score(sequence, &e);
   if (!range.save_folder.empty()) {
-    save(slam, e, range.save_folder + "/" + e.sequence + "_" + e.degradation);
+    try {  // the scores are worth having without the map
+      save(slam, e, range.save_folder + "/" + e.sequence + "_" + e.degradation);
+    } catch (const StartupError& error) {
+      e.not_saved = error.what();
+    }
   }
   const MapDelta snapshot = slam.snapshot();
   e.hash = hash_of(e.answers, snapshot);
   if (sequence.depth_scale > 0) {
     e.depth = check_depth(sequence, snapshot, keyframe_times,
-                          poses_at_depth_images(sequence, e, slam.epoch()));
+                          poses_at_depth_images(sequence, e, slam.epoch()), &e.depth_input);
     if (!sequence.depth_camera) compare_transfer(sequence, live_poses(e, slam.epoch()), &e);
   }
   return e;
+}
+
+std::string complaint(const Evaluation& e) {
+  std::string text = e.input.complaint();
+  if (e.depth_input.refused() > 0) {
+    text += (text.empty() ? "" : "; ") + std::string("depth: ") + e.depth_input.complaint();
+  }
+  if (!e.not_saved.empty()) text += (text.empty() ? "" : "; ") + e.not_saved;
+  return text.empty() ? "" : e.sequence + ": " + text;
 }
 
 std::map<Time, Pose<Map, Cam>> poses_at_depth_images(const Sequence& sequence, const Evaluation& e,

@@ -14,6 +14,7 @@
 #include "bench/slam_eval/playlist.h"
 #include "bench/slam_eval/sequence.h"
 #include "common/frames.h"
+#include "procs/camera/input_report.h"
 #include "procs/slam/slam.h"
 
 namespace foresight {
@@ -49,12 +50,16 @@ struct QualityBin {
 
 struct Evaluation {
   std::string sequence, degradation;
-  int frames = 0;
+  int frames = 0;                  // shown to the core
+  InputReport input, depth_input;  // what of the images could be used, and what not
+  double focal_px = 0;             // that the core was given
+  bool intrinsics_are_guessed = false;
+  int truth_images = 0;  // images of the sequence that have a truth
   std::vector<Answer> answers;
-  double tracked_fraction = 0;
-  int first_frame = -1;    // first with a pose
-  double init_s = -1;      // its time since the first image
-  double ate_rmse_m = -1;  // of the epoch with the most poses; −1 without truth
+  double tracked_fraction = 0;  // of all images, those that could not be used included
+  int first_frame = -1;         // first with a pose
+  double init_s = -1;           // its time since the first image
+  double ate_rmse_m = -1;       // of the epoch with the most poses; −1 without truth
   double ate_max_m = -1;
   double rpe_rmse_m = -1, rpe_rmse_deg = -1;  // over 1 s
   int wrong_by_5_cm = 0, wrong_by_10_cm = 0;  // of the placed
@@ -76,6 +81,7 @@ struct Evaluation {
   /// Of our live poses, and of the truth itself, over half a second (depth_transfer.h).
   DepthTransfer transfer, truth_transfer;
   double peak_mb = 0;
+  std::string not_saved;  // why; empty if the map was saved or was not to be
   StoredMap map;      // in the end
   uint64_t hash = 0;  // of all poses and of the final map: equal bytes, equal hash
   std::vector<Eigen::Vector3d> truth_path, estimated_path;  // aligned, m
@@ -94,8 +100,12 @@ struct EvaluationRange {
   /// Told after each image what changed in the map, for what follows slam in the line.
   std::function<void(const Answer&, const MapDelta&)> on_delta = nullptr;
 };
+/// Images that cannot be used are left out and counted; throws UnavailableError if none can.
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
                     const EvaluationRange& range);
+
+/// What of the sequence could not be used, or not be saved, in one line; empty if all was.
+std::string complaint(const Evaluation& evaluation);
 
 /// The live poses of an epoch at the times of the depth images, which may lie between two images.
 std::map<Time, Pose<Map, Cam>> poses_at_depth_images(const Sequence& sequence,

@@ -1,7 +1,6 @@
 // slam-eval SEQUENCE_DIR…: scores the SLAM core on image sequences in TUM RGB-D layout; see
 // evaluation.h. scripts/slam_eval builds and runs it.
 #include <cstdio>
-#include <filesystem>
 #include <vector>
 
 #include "bench/slam_eval/evaluation.h"
@@ -9,6 +8,7 @@
 #include "bench/slam_eval/plot.h"
 #include "bench/slam_eval/relocalisation.h"
 #include "bench/slam_eval/reports.h"
+#include "common/output_file.h"
 #include "common/tool_main.h"
 
 namespace foresight {
@@ -47,32 +47,48 @@ void relocalise(const Arguments& arguments, const Sequence& mapped, const SlamOp
   }
 }
 
+// One sequence under each degradation.
+void evaluate_one(const Arguments& arguments, const std::string& source, const SlamOptions& options,
+                  std::vector<Evaluation>* evaluations, RunErrors* errors) {
+  const Sequence sequence = load_sequence(source);
+  for (const Degradation& degradation : chosen_degradations(arguments)) {
+    EvaluationRange range = arguments.range;
+    range.degradation = degradation;
+    std::vector<Evaluation> runs;
+    for (int i = 0; i < arguments.runs; ++i) runs.push_back(evaluate(sequence, options, range));
+    Evaluation e = median_of(runs);
+    print(e);
+    if (!arguments.queries.empty()) {
+      errors->attempt([&] { relocalise(arguments, sequence, options, e); });
+    }
+    std::fflush(stdout);
+    if (!arguments.plots.empty()) {
+      errors->attempt([&] {
+        plot_trajectory(e, arguments.plots + "/" + e.sequence + "_" + e.degradation + ".png");
+      });
+    }
+    if (!complaint(e).empty()) errors->add(complaint(e));
+    e.map = {};  // holds images
+    evaluations->push_back(std::move(e));
+  }
+}
+
 int evaluate_all(const Arguments& arguments) {
   SlamOptions options;
   for (const std::string& o : arguments.overrides) override_option(o, &options);
-  const std::vector<Degradation> degradations = chosen_degradations(arguments);
-  if (!arguments.plots.empty()) std::filesystem::create_directories(arguments.plots);
+  chosen_degradations(arguments);  // refuses unknown ones before the first run
+  check_output("--json", arguments.json);
+  check_output("--table", arguments.table);
+  check_output_folder("--plots", arguments.plots);
+  check_output_folder("--save", arguments.range.save_folder);
+  RunErrors errors;
   std::vector<Evaluation> evaluations;
-  for (const std::string& folder : arguments.folders) {
-    const Sequence sequence = load_sequence(folder);
-    for (const Degradation& degradation : degradations) {
-      EvaluationRange range = arguments.range;
-      range.degradation = degradation;
-      std::vector<Evaluation> runs;
-      for (int i = 0; i < arguments.runs; ++i) runs.push_back(evaluate(sequence, options, range));
-      Evaluation e = median_of(runs);
-      print(e);
-      if (!arguments.queries.empty()) relocalise(arguments, sequence, options, e);
-      std::fflush(stdout);
-      if (!arguments.plots.empty()) {
-        plot_trajectory(e, arguments.plots + "/" + e.sequence + "_" + e.degradation + ".png");
-      }
-      e.map = {};  // holds images
-      evaluations.push_back(std::move(e));
-    }
+  for (const std::string& source : arguments.folders) {
+    errors.attempt([&] { evaluate_one(arguments, source, options, &evaluations, &errors); });
   }
-  if (!arguments.json.empty()) write_json(evaluations, arguments.json);
-  if (!arguments.table.empty()) write_table(evaluations, arguments.table);
+  errors.attempt([&] { write_json(evaluations, arguments.json); });
+  errors.attempt([&] { write_table(evaluations, arguments.table); });
+  errors.report();
   return kExitDone;
 }
 
@@ -89,7 +105,8 @@ int main(int argc, char** argv) {
   using namespace foresight;
   CLI::App app("Scores the SLAM core on image sequences in TUM RGB-D layout", "slam-eval");
   Arguments a;
-  app.add_option("sequence", a.folders, "folders with rgb.txt, camera.yaml, groundtruth.txt")
+  app.add_option("sequence", a.folders,
+                 "folders with rgb.txt, camera.yaml, groundtruth.txt; or videos")
       ->required();
   app.add_option("--runs", a.runs,
                  "repeat, and report the medians of times; fails if results differ")

@@ -4,7 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "common/errors.h"
+#include "common/output_file.h"
 
 namespace foresight {
 namespace {
@@ -45,7 +45,9 @@ void plot_trajectory(const Evaluation& e, const std::string& file) {
                   cv::Scalar::all(0), 1, cv::LINE_AA);
     }
   }
-  if (!cv::imwrite(file, canvas)) throw UnavailableError(file + ": cannot be written");
+  std::vector<uint8_t> bytes;
+  cv::imencode(".png", canvas, bytes);
+  write_output(file, bytes);
 }
 
 }  // namespace foresight

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <opencv2/imgcodecs.hpp>
 
 #include "bench/slam_eval/cpu_time.h"
 #include "bench/slam_eval/evaluation.h"
@@ -115,8 +114,9 @@ std::vector<RelocalisationTrial> try_to_relocalise(const StoredMap& map, const S
     RelocalisationTrial trial;
     trial.path = queries.images[i].path;
     measure_distance(map, mapped, *truth, &trial);
-    const cv::Mat image = cv::imread(trial.path, cv::IMREAD_GRAYSCALE);
-    if (image.empty()) throw UnavailableError(trial.path + ": cannot be read as an image");
+    const Picture picture = queries.gray(i);
+    if (!picture.error.empty()) throw UnavailableError(trial.path + ": " + picture.error);
+    const cv::Mat image = view_of(picture.image);
     slam.restore(map);
     finish_jobs(&slam);
     (void)show(black);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstdarg>
 #include <cstdio>
-#include <fstream>
+#include <sstream>
 
 #include "bench/slam_eval/peers.h"
-#include "common/errors.h"
+#include "common/output_file.h"
 
 namespace foresight {
 namespace {
@@ -27,7 +27,10 @@ std::string recovery_text(const Recovery& r) {
 }
 
 std::string label(const Evaluation& e) {
-  return e.degradation == "none" ? e.sequence : e.sequence + ", " + e.degradation;
+  std::string text = e.degradation == "none" ? e.sequence : e.sequence + ", " + e.degradation;
+  if (e.intrinsics_are_guessed) text += format(" (focal length guessed: %.0f px)", e.focal_px);
+  if (e.input.refused() > 0) text += format(" (%d images refused)", e.input.refused());
+  return text;
 }
 
 std::string row(const Evaluation& e) {
@@ -66,7 +69,11 @@ void print(const Evaluation& e) {
     std::printf("%s: never placed in %d images\n", label(e).c_str(), e.frames);
   } else {
     std::printf("%s: tracked %.1f %% of %d, first pose frame %d (%.2f s)\n", label(e).c_str(),
-                100 * e.tracked_fraction, e.frames, e.first_frame, e.init_s);
+                100 * e.tracked_fraction, e.frames + e.input.refused(), e.first_frame, e.init_s);
+  }
+  for (const std::string& line : e.input.lines()) std::printf("  %s\n", line.c_str());
+  if (e.depth_input.refused() > 0) {
+    std::printf("  depth: %s\n", e.depth_input.complaint().c_str());
   }
   if (e.ate_rmse_m >= 0) print_errors(e);
   std::printf(
@@ -118,7 +125,7 @@ void print(const Evaluation& e) {
 
 namespace {
 
-void write_bins(const std::vector<QualityBin>& bins, std::ofstream* file) {
+void write_bins(const std::vector<QualityBin>& bins, std::ostream* file) {
   *file << ", \"quality_bins\": [";
   for (size_t b = 0; b < bins.size(); ++b) {
     *file << (b > 0 ? ", " : "") << "{\"from\": " << bins[b].from
@@ -133,16 +140,21 @@ void write_bins(const std::vector<QualityBin>& bins, std::ofstream* file) {
 }  // namespace
 
 void write_json(const std::vector<Evaluation>& evaluations, const std::string& path) {
-  std::ofstream file(path);
+  if (path.empty()) return;
+  std::ostringstream file;
   file << "[\n";
   for (size_t i = 0; i < evaluations.size(); ++i) {
     const Evaluation& e = evaluations[i];
     const auto add = [&](const char* key, double value) {
       file << ", \"" << key << "\": " << value;
     };
-    file << "  {\"sequence\": \"" << e.sequence << "\", \"degradation\": \"" << e.degradation
+    file << "  {\"sequence\": " << json_text(e.sequence) << ", \"degradation\": \"" << e.degradation
          << "\"";
     add("frames", e.frames);
+    add("refused_images", e.input.refused());
+    add("focal_px", e.focal_px);
+    add("intrinsics_guessed", e.intrinsics_are_guessed ? 1 : 0);
+    add("truth_images", e.truth_images);
     add("tracked_fraction", e.tracked_fraction);
     add("first_frame", e.first_frame);
     add("init_s", e.init_s);
@@ -190,11 +202,12 @@ void write_json(const std::vector<Evaluation>& evaluations, const std::string& p
     file << "}" << (i + 1 < evaluations.size() ? ",\n" : "\n");
   }
   file << "]\n";
-  if (!file.flush()) throw UnavailableError(path + ": cannot be written");
+  write_output(path, file.str());
 }
 
 void write_table(const std::vector<Evaluation>& evaluations, const std::string& path) {
-  std::ofstream file(path);
+  if (path.empty()) return;
+  std::ostringstream file;
   file
       << "| sequence | tracked | first pose, frame | ATE rmse, max | RPE over 1 s | off by > 5 cm "
          "| "
@@ -209,7 +222,7 @@ void write_table(const std::vector<Evaluation>& evaluations, const std::string& 
            << " | | | " << p.track_ms << " | | " << p.points << " points | | | |\n";
     }
   }
-  if (!file.flush()) throw UnavailableError(path + ": cannot be written");
+  write_output(path, file.str());
 }
 
 }  // namespace foresight

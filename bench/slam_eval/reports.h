@@ -9,7 +9,7 @@
 namespace foresight {
 
 void print(const Evaluation& evaluation);
-/// Throw UnavailableError if the file cannot be written.
+/// Throw UnavailableError if the file cannot be written. An empty path is no output.
 void write_json(const std::vector<Evaluation>& evaluations, const std::string& path);
 void write_table(const std::vector<Evaluation>& evaluations, const std::string& path);
 

@@ -33,7 +33,7 @@ void score_starting(Evaluation* e) {
     e->first_frame = static_cast<int>(i);
     e->init_s = (e->answers[i].played.time - e->answers.front().played.time).seconds();
   }
-  e->tracked_fraction = static_cast<double>(count) / static_cast<double>(e->answers.size());
+  e->tracked_fraction = count / static_cast<double>(e->answers.size() + e->input.refused());
 }
 
 std::optional<Similarity<World, Map>> align(const Sequence& sequence, int epoch, Evaluation* e) {

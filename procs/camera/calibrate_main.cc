@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
+#include "common/output_file.h"
 #include "common/tool_main.h"
+#include "procs/camera/camera_choice.h"
 #include "procs/camera/frame_source.h"
+#include "procs/camera/input_report.h"
 #include "procs/camera/lens_calibration.h"
 
 namespace foresight {
@@ -31,15 +34,10 @@ const std::map<std::string, LensModel> kLenses = {{"radtan", LensModel::kRadtan}
 
 constexpr double kHopeless_px = 3;  // rms on views held out: nothing is written
 
-cv::Mat gray_of(const Frame& frame) {
-  if (!frame.jpeg.empty()) return cv::imdecode(frame.jpeg, cv::IMREAD_GRAYSCALE);
-  const Image& image = frame.image;
-  const cv::Mat pixels(image.height_px, image.width_px, image.channels == 1 ? CV_8UC1 : CV_8UC3,
-                       const_cast<uint8_t*>(image.bytes.data()));  // cv::Mat has no const view
-  cv::Mat gray;
-  if (image.channels == 1) return pixels.clone();
-  cv::cvtColor(pixels, gray, cv::COLOR_RGB2GRAY);
-  return gray;
+cv::Mat gray_of(const Picture& picture) {
+  return cv::Mat(picture.image.height_px, picture.image.width_px, CV_8UC(picture.image.channels),
+                 const_cast<uint8_t*>(picture.image.bytes.data()))  // cv::Mat has no const view
+      .clone();
 }
 
 // Left: all corners kept; right: the last view without its distortion, where lines must be
@@ -63,7 +61,9 @@ void draw(const ViewCollector& collector, const Calibration& calibration, const 
   }
   cv::cvtColor(straight, colour, cv::COLOR_GRAY2BGR);
   cv::hconcat(corners, colour, corners);
-  if (!cv::imwrite(file, corners)) throw UnavailableError(file + ": cannot be written");
+  std::vector<uint8_t> bytes;
+  cv::imencode(std::filesystem::path(file).extension().string(), corners, bytes);
+  write_output(file, bytes);
 }
 
 void say_how_good(const Calibration& c, const ViewCollector& collector) {
@@ -83,44 +83,62 @@ void say_how_good(const Calibration& c, const ViewCollector& collector) {
 }
 
 struct Footage {
-  ViewCollector collector;
-  cv::Mat sample;  // the last image with a view that was kept
+  std::optional<ViewCollector> collector;  // of the first image's size
+  cv::Mat sample;                          // the last image with a view that was kept
+  int frames = 0, found = 0;
+  InputReport report;
+
+  int kept() const { return collector ? static_cast<int>(collector->views().size()) : 0; }
 };
+
+void look_at(const Frame& frame, const CalibrationBoard& board, Footage* footage) {
+  Picture picture = picture_of(frame, 1);
+  if (picture.error.empty() && footage->collector && !footage->sample.empty() &&
+      (picture.image.width_px != footage->sample.cols ||
+       picture.image.height_px != footage->sample.rows)) {
+    picture.error = wrong_size(picture.image, footage->sample.cols, footage->sample.rows);
+  }
+  if (!picture.error.empty()) return footage->report.refuse(frame.name, picture.error);
+  footage->report.use();
+  if (!picture.warning.empty()) footage->report.warn(frame.name, picture.warning);
+  const cv::Mat gray = gray_of(picture);
+  if (!footage->collector) {
+    footage->collector.emplace(gray.cols, gray.rows);
+    footage->sample = gray;
+  }
+  if (auto view = find_board(gray, board)) {
+    ++footage->found;
+    if (footage->collector->add(std::move(*view))) footage->sample = gray;
+  }
+}
 
 Footage collect(const Options& options, const CalibrationBoard& board) {
   const std::unique_ptr<FrameSource> source = open_frame_source(options.source);
-  std::optional<Footage> footage;
-  int frames = 0, found = 0, kept = 0;
-  while (kept < options.max_views && frames < options.max_frames) {
+  Footage footage;
+  footage.report.note(source->note());
+  while (footage.kept() < options.max_views && footage.frames < options.max_frames) {
     const auto frame = source->next();
     if (!frame) {
       if (!source->error().empty()) throw UnavailableError(source->error());
+      footage.report.end(source->shortfall());
       break;
     }
-    if (frames++ % options.every != 0) continue;
-    const cv::Mat gray = gray_of(*frame);
-    if (gray.empty()) continue;
-    if (!footage) footage = Footage{ViewCollector(gray.cols, gray.rows), gray};
-    if (gray.size() != footage->sample.size()) {
-      throw UnavailableError("the images differ in size");
-    }
-    if (auto view = find_board(gray, board)) {
-      ++found;
-      if (footage->collector.add(std::move(*view))) footage->sample = gray;
-    }
-    kept = static_cast<int>(footage->collector.views().size());
-    if (frames % 30 < options.every) {
-      std::fprintf(stderr, "calibrate-camera: %d frames, board in %d, %d views kept\n", frames,
-                   found, kept);
+    if (footage.frames++ % options.every != 0) continue;
+    look_at(*frame, board, &footage);
+    if (footage.frames % 30 < options.every) {
+      std::fprintf(stderr, "calibrate-camera: %d frames, board in %d, %d views kept\n",
+                   footage.frames, footage.found, footage.kept());
     }
   }
-  if (!footage) throw UnavailableError(options.source + ": no images");
-  if (found == 0) {
-    throw UnavailableError("no board in " + std::to_string(frames) +
+  if (footage.report.used() == 0) {
+    throw UnavailableError(options.source + ": no image: " + footage.report.complaint());
+  }
+  if (footage.found == 0) {
+    throw UnavailableError("no board in " + std::to_string(footage.report.used()) +
                            " frames: --columns and --rows count the inner corners of a chessboard, "
                            "or the tags of a grid");
   }
-  return *footage;
+  return footage;
 }
 
 int calibrate(const Options& options) {
@@ -133,8 +151,11 @@ int calibrate(const Options& options) {
   if (std::filesystem::exists(options.output) && !options.overwrite) {
     throw UsageError(options.output + " exists: --overwrite replaces it");
   }
+  check_output("--output", options.output);
+  check_output("--picture", options.picture, kPictureExtensions);
   const Footage footage = collect(options, board);
-  const Calibration calibration = calibrate_lens(footage.collector.views(), footage.sample.cols,
+  for (const std::string& line : footage.report.lines()) std::printf("%s\n", line.c_str());
+  const Calibration calibration = calibrate_lens(footage.collector->views(), footage.sample.cols,
                                                  footage.sample.rows, kLenses.at(options.lens));
   if (!(calibration.held_out_rms_px <= kHopeless_px)) {
     char rms[32];
@@ -143,13 +164,17 @@ int calibrate(const Options& options) {
                            " on those held out): are "
                            "--columns, --rows, --size and --gap those of the board, is it flat?");
   }
-  std::ofstream file(options.output);
-  file << camera_file_text(calibration);
-  if (!file.flush()) throw UnavailableError(options.output + ": cannot be written");
-  say_how_good(calibration, footage.collector);
-  if (!options.picture.empty())
-    draw(footage.collector, calibration, footage.sample, options.picture);
-  std::printf("wrote %s\n", options.output.c_str());
+  say_how_good(calibration, *footage.collector);
+  RunErrors errors;
+  errors.attempt([&] {
+    write_output(options.output, camera_file_text(calibration));
+    std::printf("wrote %s\n", options.output.c_str());
+  });
+  if (!options.picture.empty()) {
+    errors.attempt([&] { draw(*footage.collector, calibration, footage.sample, options.picture); });
+  }
+  if (!footage.report.complete()) errors.add(options.source + ": " + footage.report.complaint());
+  errors.report();
   return kExitDone;
 }
 

@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "common/image_codec.h"
+#include "procs/camera/camera_choice.h"
 
 namespace foresight {
 namespace {
@@ -43,26 +44,18 @@ void FrameConverter::build_maps() {
   }
 }
 
-std::optional<Image> FrameConverter::decode(const Frame& frame) {
-  if (frame.jpeg.empty()) return frame.image;
-  image_t jpeg{};
-  jpeg.width_px = static_cast<int16_t>(input_.width_px);
-  jpeg.height_px = static_cast<int16_t>(input_.height_px);
-  jpeg.encoding = image_t::ENCODING_JPEG;
-  jpeg.data = frame.jpeg;
-  return decode_image(jpeg, params_.encoding == "gray" ? 1 : 3);
-}
-
 std::optional<image_t> FrameConverter::convert(const Frame& frame) {
   image_t message{};
   const bool unchanged = scale_ == 1.0 && map_x_.empty();
-  auto decoded = decode(frame);
-  if (!decoded || decoded->width_px != input_.width_px || decoded->height_px != input_.height_px) {
-    error_ = "frame is damaged or not " + std::to_string(input_.width_px) + "x" +
-             std::to_string(input_.height_px) + " as the camera file says";
+  Picture decoded = picture_of(frame, params_.encoding == "gray" ? 1 : 3);
+  error_ = decoded.error;
+  warning_ = decoded.warning;
+  if (!error_.empty()) return std::nullopt;
+  if (decoded.image.width_px != input_.width_px || decoded.image.height_px != input_.height_px) {
+    error_ = wrong_size(decoded.image, input_.width_px, input_.height_px);
     return std::nullopt;
   }
-  if (unchanged && !frame.jpeg.empty() && params_.encoding == "jpeg") {
+  if (unchanged && decoded.is_plain_jpeg && params_.encoding == "jpeg") {
     message.width_px = static_cast<int16_t>(input_.width_px);
     message.height_px = static_cast<int16_t>(input_.height_px);
     message.encoding = image_t::ENCODING_JPEG;
@@ -70,7 +63,7 @@ std::optional<image_t> FrameConverter::convert(const Frame& frame) {
     message.n_data = static_cast<int32_t>(message.data.size());
     return message;
   }
-  cv::Mat picture = as_mat(*decoded);
+  cv::Mat picture = as_mat(decoded.image);
   if (params_.encoding == "gray" && picture.channels() == 3) {
     cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
   }

@@ -19,17 +19,19 @@ class FrameConverter {
   const CameraModel& output_camera() const { return output_; }
   /// Nothing when the frame cannot be decoded or has not the camera file's size.
   std::optional<image_t> convert(const Frame& frame);
+  /// Why the last one was refused; empty if it was not.
   const std::string& error() const { return error_; }
+  /// What was odd about the last one.
+  const std::string& warning() const { return warning_; }
 
  private:
-  std::optional<Image> decode(const Frame& frame);
   void build_maps();
 
   CameraModel input_, output_;
   CameraParams params_;
   double scale_;
   std::vector<float> map_x_, map_y_;  // of undistortion, per output pixel
-  std::string error_;
+  std::string error_, warning_;
 };
 
 }  // namespace foresight

@@ -1,16 +1,14 @@
 #include "procs/camera/frame_source.h"
 
-#include <charconv>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/core/utils/logger.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
-#include <sstream>
 
 #include "common/errors.h"
+#include "procs/camera/image_list.h"
+#include "procs/camera/recorded_images.h"
+#include "procs/camera/video_file.h"
 
 namespace foresight {
 namespace {
@@ -27,96 +25,57 @@ Image to_image(const cv::Mat& bgr) {
   return image;
 }
 
-std::vector<uint8_t> read_bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-// Seconds as text; nothing when it is no time (1970 to 5138).
-std::optional<Time> parse_stamp(const std::string& text) {
-  double stamp_s = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), stamp_s);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  if (!(stamp_s >= 0 && stamp_s < 1e11)) return std::nullopt;
-  return Time{seconds(stamp_s).us};
-}
-
 class FolderSource : public FrameSource {
  public:
-  explicit FolderSource(const std::string& folder) : folder_(folder) {
-    const std::string list = folder + "/rgb.txt";
-    std::ifstream file(list);
-    if (!file) {
-      throw ConfigError("source: " + list + ": cannot be read (a folder needs the TUM layout: " +
-                        "rgb.txt with lines 'seconds file')");
-    }
-    std::string line;
-    for (int number = 1; std::getline(file, line); ++number) {
-      if (line.empty() || line[0] == '#') continue;
-      std::istringstream words(line);
-      std::string stamp, name;
-      words >> stamp >> name;
-      const std::optional<Time> time = parse_stamp(stamp);
-      const bool increases = entries_.empty() || (time && *time > entries_.back().time);
-      if (!time || !increases || name.empty()) {
-        throw ConfigError("source: " + list + ":" + std::to_string(number) +
-                          ": must be 'seconds file', with increasing seconds");
-      }
-      entries_.push_back({*time, name});
-    }
-    if (entries_.empty()) throw ConfigError("source: " + list + ": lists no frames");
-  }
+  explicit FolderSource(const std::string& folder)
+      : images_(load_image_list(folder + "/rgb.txt")), bits_(bits_of(images_)) {}
   std::optional<Frame> next() override {
-    if (index_ >= entries_.size()) return std::nullopt;
-    const Entry& entry = entries_[index_++];
-    const std::string path = folder_ + "/" + entry.name;
-    Frame frame{entry.time, read_bytes(path), {}};
-    if (frame.jpeg.size() > 2 && frame.jpeg[0] == 0xFF && frame.jpeg[1] == 0xD8) return frame;
-    const cv::Mat decoded =
-        frame.jpeg.empty() ? cv::Mat() : cv::imdecode(frame.jpeg, cv::IMREAD_ANYCOLOR);
-    if (decoded.empty()) {
-      error_ = path + ": cannot be read as an image";
-      return std::nullopt;
-    }
+    if (index_ >= images_.size()) return std::nullopt;
+    const ListedImage& entry = images_[index_++];
+    Frame frame;
+    frame.time = entry.time;
+    frame.name = entry.path;
+    frame.jpeg = read_bytes(entry.path, &frame.error);
+    if (!frame.error.empty() || is_jpeg(frame.jpeg)) return frame;
+    Picture picture = decode_picture(frame.jpeg, 0, bits_);
     frame.jpeg.clear();
-    frame.image = to_image(decoded);
+    frame.image = std::move(picture.image);
+    frame.error = picture.error;
+    frame.warning = picture.warning;
     return frame;
   }
   void rewind() override { index_ = 0; }
-  std::string error() const override { return error_; }
+  std::string note() const override { return bits_ < 16 ? bits_note(bits_) : ""; }
 
  private:
-  struct Entry {
-    Time time;
-    std::string name;
-  };
-  std::string folder_, error_;
-  std::vector<Entry> entries_;
+  std::vector<ListedImage> images_;
+  int bits_;
   size_t index_ = 0;
 };
 
 class VideoSource : public FrameSource {
  public:
-  explicit VideoSource(const std::string& path) : path_(path) { rewind(); }
+  explicit VideoSource(const std::string& path) : path_(path), video_(path) {}
   void rewind() override {
-    capture_.open(path_, cv::CAP_FFMPEG);
-    if (!capture_.isOpened()) {
-      throw UnavailableError("source: " + path_ + ": is not a video that ffmpeg can read");
-    }
-    const double fps = capture_.get(cv::CAP_PROP_FPS);
-    frame_s_ = fps > 0 ? 1.0 / fps : 1.0 / 30;
+    video_ = VideoFile(path_);
     count_ = 0;
   }
   std::optional<Frame> next() override {
-    cv::Mat bgr;
-    if (!capture_.read(bgr) || bgr.empty()) return std::nullopt;
-    return Frame{{seconds(frame_s_ * static_cast<double>(count_++)).us}, {}, to_image(bgr)};
+    std::optional<VideoFrame> decoded = video_.next();
+    if (!decoded) return std::nullopt;
+    Frame frame;
+    frame.time = decoded->time;
+    frame.name = path_ + " frame " + std::to_string(count_++);
+    frame.image = std::move(decoded->image);
+    if (frame.image.bytes.empty()) frame.error = "its pixels are of a kind that is not read";
+    return frame;
   }
+  std::string shortfall() const override { return video_.shortfall(); }
+  std::string note() const override { return video_.note(); }
 
  private:
   std::string path_;
-  cv::VideoCapture capture_;
-  double frame_s_ = 0;
+  VideoFile video_;
   int64_t count_ = 0;
 };
 
@@ -137,7 +96,10 @@ class DeviceSource : public FrameSource {
       capture_.release();
       return std::nullopt;
     }
-    return Frame{{}, {}, to_image(bgr)};
+    Frame frame;
+    frame.image = to_image(bgr);
+    frame.name = device_;
+    return frame;
   }
   std::string error() const override { return device_ + ": no frames; trying again"; }
 
@@ -155,6 +117,15 @@ class DeviceSource : public FrameSource {
 };
 
 }  // namespace
+
+Picture picture_of(const Frame& frame, int channels) {
+  if (!frame.jpeg.empty()) return decode_picture(frame.jpeg, channels);
+  Picture picture;
+  picture.image = frame.image;
+  picture.error = frame.error;
+  picture.warning = frame.warning;
+  return picture;
+}
 
 std::unique_ptr<FrameSource> open_frame_source(const std::string& source) {
   namespace fs = std::filesystem;

@@ -1,28 +1,12 @@
 #include "procs/camera/process.h"
 
-#include <turbojpeg.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <tuple>
-
 #include "common/messages.h"
+#include "procs/camera/camera_choice.h"
 
 namespace foresight {
 namespace {
 
 constexpr Duration kFirstFrameDelay = milliseconds(100);
-
-// Width and height of a frame, decoded or not.
-std::pair<int, int> size_of(const Frame& frame) {
-  if (frame.jpeg.empty()) return {frame.image.width_px, frame.image.height_px};
-  int width = 0, height = 0, subsampling = 0, colourspace = 0;
-  tjhandle handle = tjInitDecompress();
-  tjDecompressHeader3(handle, frame.jpeg.data(), static_cast<unsigned long>(frame.jpeg.size()),
-                      &width, &height, &subsampling, &colourspace);
-  tjDestroy(handle);
-  return {width, height};
-}
 
 }  // namespace
 
@@ -43,22 +27,16 @@ CameraProcess::CameraProcess(Node& node, const CameraParams& params)
 
 void CameraProcess::start() {
   source_ = open_frame_source(params_.source);
-  std::optional<Frame> first = skip_to_first_frame();
-  if (!first && params_.first_frame > 0 && source_->error().empty()) {
-    throw ConfigError("first_frame: " + params_.source + " has fewer frames");
-  }
-  if (!first)
-    throw UnavailableError("source: " + params_.source + ": no frame: " + source_->error());
-  const CameraModel camera = choose_camera(*first);
-  if (size_of(*first) != std::pair(camera.width_px, camera.height_px)) {
-    throw ConfigError("camera_file: is for " + std::to_string(camera.width_px) + "x" +
-                      std::to_string(camera.height_px) + " px, the source has " +
-                      std::to_string(size_of(*first).first) + "x" +
-                      std::to_string(size_of(*first).second));
-  }
-  converter_ = std::make_unique<FrameConverter>(camera, params_);
-  node_.set_state(guessed_ ? ProcessState::kDegraded : ProcessState::kOk,
-                  guessed_ ? "intrinsics are guessed: give camera_file" : "");
+  Picture picture;
+  std::optional<Frame> first = first_usable_frame(&picture);
+  const ChosenCamera chosen = choose_camera(params_.source, params_.camera_file,
+                                            picture.image.width_px, picture.image.height_px);
+  guessed_ = chosen.is_guessed;
+  converter_ = std::make_unique<FrameConverter>(chosen.camera, params_);
+  report_.note(source_->note());
+  report_.note(chosen.note);
+  for (const std::string& note : report_.notes()) note_ += (note_.empty() ? "" : "; ") + note;
+  node_.set_state(guessed_ ? ProcessState::kDegraded : ProcessState::kOk, note_);
   node_.at(node_.now(), [this] { publish_info(); });
   if (source_->is_live()) {
     node_.at(node_.now(), [this] { read_device(); });
@@ -74,18 +52,19 @@ std::optional<Frame> CameraProcess::skip_to_first_frame() {
   return frame;
 }
 
-CameraModel CameraProcess::choose_camera(const Frame& first) {
-  if (!params_.camera_file.empty()) return load_camera_file(params_.camera_file);
-  const std::string beside = params_.source + "/camera.yaml";
-  if (std::filesystem::exists(beside)) return load_camera_file(beside);
-  guessed_ = true;
-  CameraModel camera;
-  std::tie(camera.width_px, camera.height_px) = size_of(first);
-  camera.fx_px = camera.fy_px = 0.9 * std::max(camera.width_px, camera.height_px);  // about 58°
-  camera.cx_px = 0.5 * (camera.width_px - 1);
-  camera.cy_px = 0.5 * (camera.height_px - 1);
-  camera.prepare();
-  return camera;
+// Those before it that cannot be used are counted.
+std::optional<Frame> CameraProcess::first_usable_frame(Picture* picture) {
+  std::optional<Frame> frame = skip_to_first_frame();
+  if (!frame && params_.first_frame > 0 && source_->error().empty()) {
+    throw ConfigError("first_frame: " + params_.source + " has fewer frames");
+  }
+  for (; frame; frame = source_->next()) {
+    *picture = picture_of(*frame, 3);
+    if (picture->error.empty()) return frame;
+    report_.refuse(frame->name, picture->error);
+  }
+  const std::string why = source_->error().empty() ? report_.complaint() : source_->error();
+  throw UnavailableError("source: " + params_.source + ": no frame: " + why);
 }
 
 void CameraProcess::publish_info() {
@@ -123,9 +102,13 @@ void CameraProcess::publish_recorded() {
     first_stamp_ = next_->time;
     base_ = node_.now();
   }
-  publish(*next_, stamp_of(*next_));
+  const bool is_out = publish(*next_, stamp_of(*next_));
   if (ended_) return;
   prepare_next();
+  // Nobody will answer to a frame that was refused.
+  if (!is_out && next_ && params_.pace == "consumed") {
+    node_.at(node_.now(), [this] { publish_recorded(); });
+  }
 }
 
 void CameraProcess::prepare_next() {
@@ -138,7 +121,10 @@ void CameraProcess::prepare_next() {
     base_ = base_ + seconds((last - first_stamp_).seconds() / params_.speed) + milliseconds(33);
     first_stamp_ = next_ ? next_->time : last;
   }
-  if (!next_) return end_of_source();
+  if (!next_) {
+    report_.end(source_->shortfall());
+    return end_of_source();
+  }
   if (params_.pace == "real") schedule();
 }
 
@@ -159,28 +145,33 @@ void CameraProcess::on_stall() {
 
 void CameraProcess::end_of_source() {
   ended_ = true;
-  const std::string error = source_->error();
-  if (!error.empty()) {
-    node_.set_state(ProcessState::kFailed, error);
-    return;
-  }
-  node_.finish("end of " + params_.source, params_.exit_at_end);
+  const std::string complaint = report_.complaint();
+  node_.finish("end of " + params_.source + (complaint.empty() ? "" : ": " + complaint),
+               params_.exit_at_end);
 }
 
-void CameraProcess::publish(const Frame& frame, Time time) {
+void CameraProcess::refuse(const Frame& frame, const std::string& why) {
+  report_.refuse(frame.name, why);
+  node_.set_metric("refused_frames", report_.refused());
+  node_.set_state(ProcessState::kDegraded, frame.name + ": " + why);
+}
+
+bool CameraProcess::publish(const Frame& frame, Time time) {
   std::optional<image_t> message = converter_->convert(frame);
   if (!message) {
-    node_.set_metric("damaged_frames", ++failed_);
-    node_.set_state(ProcessState::kDegraded, converter_->error());
-    return;
+    refuse(frame, converter_->error());
+    return false;
   }
-  if (!guessed_ && node_.state() != ProcessState::kOk) node_.set_state(ProcessState::kOk, "");
+  report_.use();
+  if (!converter_->warning().empty()) report_.warn(frame.name, converter_->warning());
+  if (!guessed_ && node_.state() != ProcessState::kOk) node_.set_state(ProcessState::kOk, note_);
   message->utime = time.us;
   message->frame_number = params_.first_frame + published_;
   last_published_ = time;
   images_.publish(*message);
   node_.set_metric("frames", ++published_);
   if (published_ == params_.frame_count) end_of_source();
+  return true;
 }
 
 }  // namespace foresight

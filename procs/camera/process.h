@@ -10,6 +10,7 @@
 #include "foresight/image_t.hpp"
 #include "procs/camera/frame_converter.h"
 #include "procs/camera/frame_source.h"
+#include "procs/camera/input_report.h"
 #include "procs/camera/params.h"
 
 namespace foresight {
@@ -26,10 +27,14 @@ class CameraProcess : public Process {
   void start() override;
   /// Intrinsics of the published frames; valid after start().
   const CameraModel& camera() const { return converter_->output_camera(); }
+  bool intrinsics_are_guessed() const { return guessed_; }
+  /// What was used so far and what was not.
+  const InputReport& report() const { return report_; }
 
  private:
-  CameraModel choose_camera(const Frame& first);
   std::optional<Frame> skip_to_first_frame();
+  std::optional<Frame> first_usable_frame(Picture* picture);
+  void refuse(const Frame& frame, const std::string& why);
   void publish_info();
   void read_device();
   void prepare_next();
@@ -38,7 +43,7 @@ class CameraProcess : public Process {
   void on_pose(const camera_pose_t& pose);
   void on_stall();
   void end_of_source();
-  void publish(const Frame& frame, Time time);
+  bool publish(const Frame& frame, Time time);
   Time stamp_of(const Frame& frame);
 
   Node& node_;
@@ -48,8 +53,10 @@ class CameraProcess : public Process {
   std::shared_ptr<FrameSource> source_;
   std::unique_ptr<FrameConverter> converter_;
   std::optional<Frame> next_;
+  InputReport report_;
+  std::string note_;  // about all frames, while nothing is wrong
   bool guessed_ = false;
-  int published_ = 0, failed_ = 0, stall_mark_ = 0;
+  int published_ = 0, stall_mark_ = 0;
   Time first_stamp_, base_, last_published_;
   bool began_ = false, ended_ = false;
 };

@@ -153,15 +153,63 @@ TEST_F(CameraProcessTest, RefusesToStartBehindTheEnd) {
   EXPECT_NE(error_of<ConfigError>([&] { run(seconds(1)); }).find("first_frame"), std::string::npos);
 }
 
-TEST_F(CameraProcessTest, RefusesACameraFileOfAnotherSize) {
+TEST_F(CameraProcessTest, RefusesACameraFileOfAnotherAspect) {
   const TemporaryFolder other;
   params_.camera_file =
       other.write("camera.yaml",
-                  "model: pinhole_radtan\nwidth: 640\nheight: 480\nfx: 60\nfy: 60\ncx: 31\ncy: 23\n"
-                  "k1: 0\nk2: 0\np1: 0\np2: 0\nk3: 0\n");
+                  "model: pinhole_radtan\nwidth: 640\nheight: 360\nfx: 600\nfy: 600\ncx: 310\n"
+                  "cy: 230\nk1: 0\nk2: 0\np1: 0\np2: 0\nk3: 0\n");
   const std::string line = error_of<ConfigError>([&] { run(seconds(1)); });
-  EXPECT_NE(line.find("640x480"), std::string::npos);
+  EXPECT_NE(line.find("640x360"), std::string::npos);
   EXPECT_NE(line.find("64x48"), std::string::npos);
+}
+
+TEST_F(CameraProcessTest, ScalesACameraFileOfAnotherResolution) {
+  const TemporaryFolder other;
+  params_.camera_file =
+      other.write("camera.yaml",
+                  "model: pinhole_radtan\nwidth: 640\nheight: 480\nfx: 600\nfy: 600\ncx: 310\n"
+                  "cy: 230\nk1: 0\nk2: 0\np1: 0\np2: 0\nk3: 0\n");
+  run(seconds(0.3));
+  EXPECT_NEAR(info_.fx_px, 60, 1e-9);
+  EXPECT_EQ(info_.width_px, kWidth_px);
+}
+
+// Images that cannot be used are left out, counted and named; the others are published.
+TEST_F(CameraProcessTest, GoesOnAfterImagesThatCannotBeUsed) {
+  std::filesystem::remove(folder_.path() + "/rgb/0.png");
+  folder_.write("rgb/3.png", "");
+  folder_.write("rgb/5.png", "no picture");
+  cv::imwrite(folder_.path() + "/rgb/7.png", cv::Mat(20, 30, CV_8UC3, cv::Scalar::all(9)));
+  for (const char* pace : {"real", "consumed"}) {
+    images_.clear();
+    params_.pace = pace;
+    params_.exit_at_end = true;
+    answers_ = params_.pace == "consumed";
+    auto& camera =
+        static_cast<CameraProcess&>(world_.add("camera", {Domain::kRobot}, [this](Node& node) {
+          return std::make_unique<CameraProcess>(node, params_);
+        }));
+    world_.run_until(world_.now() + seconds(5));
+    EXPECT_EQ(images_.size(), 6u) << pace;
+    EXPECT_EQ(camera.report().used(), 6);
+    EXPECT_EQ(camera.report().refused(), 4);
+    const std::string complaint = camera.report().complaint();
+    for (const char* part : {"4 of 10 images", "rgb/0.png: does not exist", "rgb/3.png: is empty",
+                             "rgb/5.png: cannot be read as an image"}) {
+      EXPECT_NE(complaint.find(part), std::string::npos) << complaint;
+    }
+    EXPECT_EQ(world_.node("camera").state(), ProcessState::kDone);
+    EXPECT_TRUE(world_.is_stopped());
+    world_.remove("camera");
+  }
+}
+
+TEST_F(CameraProcessTest, WithoutAUsableImageItDoesNotStart) {
+  for (int i = 0; i < 10; ++i) folder_.write("rgb/" + std::to_string(i) + ".png", "");
+  const std::string line = error_of<UnavailableError>([&] { run(seconds(1)); });
+  EXPECT_NE(line.find("10 of 10 images"), std::string::npos) << line;
+  EXPECT_NE(line.find("rgb/0.png: is empty"), std::string::npos) << line;
 }
 
 }  // namespace

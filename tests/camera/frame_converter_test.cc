@@ -38,7 +38,9 @@ Frame make_frame(int width_px, int height_px, int channels) {
 Frame make_jpeg_frame(int width_px, int height_px) {
   image_t message{};
   encode_jpeg(make_frame(width_px, height_px, 3).image, 90, &message);
-  return {{}, message.data, {}};
+  Frame frame;
+  frame.jpeg = message.data;
+  return frame;
 }
 
 TEST(FrameConverter, KeepsTheBytesOfAJpegThatNeedsNothing) {
@@ -105,6 +107,18 @@ TEST(FrameConverter, RefusesDamagedFramesAndThoseOfAnotherSize) {
   cut.jpeg.resize(cut.jpeg.size() / 2);
   EXPECT_FALSE(converter.convert(cut));
   EXPECT_TRUE(converter.convert(make_jpeg_frame(96, 64))) << "and goes on";
+}
+
+// Not every decoder is as tolerant as ours: what travels is whole.
+TEST(FrameConverter, WritesAnOddJpegAnew) {
+  FrameConverter converter(make_camera(96, 64), {});
+  Frame odd = make_jpeg_frame(96, 64);
+  odd.jpeg.resize(odd.jpeg.size() - 2);
+  const auto message = converter.convert(odd);
+  ASSERT_TRUE(message);
+  EXPECT_NE(converter.warning(), "");
+  EXPECT_NE(message->data, odd.jpeg);
+  EXPECT_TRUE(decode_image(*message, 3));
 }
 
 }  // namespace

@@ -65,6 +65,96 @@ TEST_F(CameraFile, RefusesWhatIsMissingOrNoNumber) {
   refusal(replaced(kGood, "width: 640", "width: 1000000"));
 }
 
+TEST_F(CameraFile, WithoutK3HasNone) {
+  EXPECT_EQ(load(replaced(kGood, "k3: 1.163314\n", "")).distortion[4], 0);
+  EXPECT_NE(refusal(replaced(kGood, "p2: 0.002628\n", "")).find("p2: missing"), std::string::npos);
+}
+
+// They bend the picture: to leave them out silently is to have another lens.
+TEST_F(CameraFile, RefusesCoefficientsOfOtherModelsByName) {
+  const std::string line = refusal(kGood + "k4: 0.3\nk5: 0.1\nk6: 0.02\n");
+  for (const char* part : {"k4", "0.3", "pinhole_radtan", "rational"}) {
+    EXPECT_NE(line.find(part), std::string::npos) << line;
+  }
+  EXPECT_EQ(load(kGood + "k4: 0\nk5: 0\nk6: 0\n"), load(kGood));
+}
+
+TEST_F(CameraFile, RefusesWhatNoImageOfItsSizeHas) {
+  const auto expect = [&](const std::string& from, const std::string& to,
+                          const std::vector<std::string>& parts) {
+    const std::string line = refusal(replaced(kGood, from, to));
+    for (const std::string& part : parts) EXPECT_NE(line.find(part), std::string::npos) << line;
+  };
+  expect("fx: 517.3", "fx: 1.2", {"fx: 1.2 is outside [64, 6400]", "640 px wide"});
+  expect("fy: 516.5", "fy: 99000", {"fy: 99000 is outside [64, 6400]"});
+  expect("fy: 516.5", "fy: 100", {"fx / fy", "0.4, 2.5"});
+  expect("cx: 318.6", "cx: 900", {"cx: 900 is outside [0, 640]"});
+  expect("cx: 318.6", "cx: -900", {"cx: -900 is outside"});
+  expect("cy: 255.3", "cy: 481", {"cy: 481 is outside [0, 480]"});
+  expect("fx: 517.3", "fx: -517.3", {"fx: -517.3"});
+}
+
+const std::string kSize = "image_width: 320\nimage_height: 240\n";
+const std::string kMatrix = "[262.5, 0, 154.0, 0, 262.1, 118.0, 0, 0, 1]";
+
+TEST_F(CameraFile, OfRosIsRead) {
+  const std::string ros = kSize + "camera_name: narrow\ncamera_matrix:\n  rows: 3\n  cols: 3\n" +
+                          "  data: " + kMatrix + "\ndistortion_model: plumb_bob\n" +
+                          "distortion_coefficients:\n  rows: 1\n  cols: 5\n" +
+                          "  data: [0.11, -0.2, 0.01, 0.02, 0.03]\n";
+  const CameraModel camera = load(ros);
+  EXPECT_EQ(camera.width_px, 320);
+  EXPECT_EQ(camera.fx_px, 262.5);
+  EXPECT_EQ(camera.cy_px, 118);
+  EXPECT_EQ(camera.distortion, (std::array{0.11, -0.2, 0.01, 0.02, 0.03}));
+  const std::string rational =
+      replaced(replaced(ros, "plumb_bob", "rational_polynomial"), "0.03]", "0.03, 0.3, 0.1, 0.2]");
+  EXPECT_NE(refusal(rational).find("distortion_coefficients: 0.3"), std::string::npos);
+  EXPECT_EQ(load(replaced(rational, "0.3, 0.1, 0.2]", "0, 0, 0]")), camera);
+  const std::string fisheye = replaced(replaced(ros, "plumb_bob", "equidistant"), ", 0.03]", "]");
+  EXPECT_EQ(load(fisheye).lens, LensModel::kEquidistant);
+  EXPECT_NE(refusal(replaced(ros, "plumb_bob", "double_sphere")).find("'double_sphere'"),
+            std::string::npos);
+  EXPECT_NE(refusal(replaced(ros, "154.0", "900")).find("camera_matrix: cx: 900"),
+            std::string::npos);
+  // rostopic echo /camera_info
+  EXPECT_EQ(load("height: 240\nwidth: 320\ndistortion_model: plumb_bob\n" +
+                 std::string("D: [0.11, -0.2, 0.01, 0.02, 0.03]\nK: ") + kMatrix + "\n"),
+            camera);
+}
+
+TEST_F(CameraFile, OfOpenCvIsRead) {
+  const std::string opencv =
+      "%YAML:1.0\n---\n" + kSize + "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n" +
+      "   dt: d\n   data: [ 262.5, 0., 154., 0., 262.1, 118., 0., 0., 1. ]\n" +
+      "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n" +
+      "   data: [ 1.1e-01, -2.0e-01, 0., 0., 0. ]\n";
+  EXPECT_EQ(load(opencv).cx_px, 154);
+  EXPECT_EQ(load(opencv).distortion[1], -0.2);
+  EXPECT_NE(refusal(replaced(opencv, "image_width: 320\n", "")).find("image_width: missing"),
+            std::string::npos);
+  EXPECT_NE(refusal("<?xml version=\"1.0\"?>\n<opencv_storage/>\n").find("is XML"),
+            std::string::npos);
+}
+
+TEST_F(CameraFile, OfKalibrAndEurocIsRead) {
+  const std::string kalibr =
+      "cam0:\n  camera_model: pinhole\n  intrinsics: [262.5, 262.1, 154, 118]\n"
+      "  distortion_model: radtan\n  distortion_coeffs: [0.11, -0.2, 0.01, 0.02]\n"
+      "  resolution: [320, 240]\n";
+  EXPECT_EQ(load(kalibr).fy_px, 262.1);
+  EXPECT_EQ(load(kalibr).distortion, (std::array{0.11, -0.2, 0.01, 0.02, 0.0}));
+  EXPECT_NE(refusal(replaced(kalibr, "pinhole", "omni")).find("scripts/calibrate_camera"),
+            std::string::npos);
+}
+
+TEST_F(CameraFile, OfAnotherKindSaysHowToConvert) {
+  for (const char* other : {"Camera.fx: 500\nCamera.fy: 500\n", "focal: 500\n"}) {
+    const std::string line = refusal(other);
+    EXPECT_NE(line.find("write model, width, height, fx"), std::string::npos) << line;
+  }
+}
+
 TEST_F(CameraFile, RefusesAnUnknownModel) {
   EXPECT_NE(refusal(replaced(kGood, "pinhole_radtan", "omni")).find("omni"), std::string::npos);
   refusal(replaced(kGood, "pinhole_radtan", "[a, b]"));

@@ -42,11 +42,21 @@ TEST_F(PoseTrack, ReadsWhatFilesHave) {
   EXPECT_EQ(track[2].world_from_cam.translation(), Eigen::Vector3d(0.1, -0.2, 0.3));
 }
 
+TEST_F(PoseTrack, ReadsCommasMarksAndNanoseconds) {
+  const auto track = load(
+      "\xEF\xBB\xBF#t,x,y,z,qx,qy,qz,qw\r\n1403636579763555584,1,2,3,0,0,0,1\r\n"
+      "1403636579863555584, 3, 2, 1, 0, 0, 0, 1\r\n   \r\n");
+  ASSERT_EQ(track.size(), 2u);
+  EXPECT_EQ(track[0].time, Time{1'403'636'579'763'555});
+  EXPECT_EQ(track[1].time - track[0].time, milliseconds(100));
+  EXPECT_EQ(track[1].world_from_cam.translation(), Eigen::Vector3d(3, 2, 1));
+}
+
 TEST_F(PoseTrack, NamesTheLineThatIsNoPose) {
   for (const char* bad :
        {"3 1 2 3 0 0 0", "3 1 2 3 0 0 0 1 9", "3 1 2 3 0 0 x 1", "3 1 2 3 0 0 0 1x", "3 1 2 3",
         "3 1 2 nan 0 0 0 1", "3 1 inf 3 0 0 0 1", "3 1 2 3 0 0 0 0", "3 1 2 3 0 0 1 1",
-        "1e300 1 2 3 0 0 0 1", "3,1,2,3,0,0,0,1", "poses"}) {
+        "1e300 1 2 3 0 0 0 1", "3,1,2,3,,0,0,1", "nan 1 2 3 0 0 0 1", "poses"}) {
     EXPECT_TRUE(refusal("# poses\n" + kTwo + bad + "\n").starts_with("line 4: not a pose")) << bad;
   }
 }

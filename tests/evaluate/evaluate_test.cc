@@ -4,8 +4,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "bench/evaluate/homography_baseline.h"
 #include "bench/evaluate/image_scores.h"
+#include "bench/evaluate/picture_scorer.h"
 
 namespace foresight {
 namespace {
@@ -107,10 +107,62 @@ TEST(HomographyBaseline, IsExactForAPlane) {
     }
   }
   cv::remap(delayed, truth, map_x, map_y, cv::INTER_LINEAR);
-  const WarpedImage warped = warp_by_best_plane(camera, delayed, first, second, points, truth);
+  const MaskedPicture warped =
+      warp_by_best_plane(camera, whole(delayed), first, second, points, whole(truth));
   EXPECT_GT(*psnr_db(warped.rgb, truth, warped.mask), 35);
   EXPECT_LT(*psnr_db(delayed, truth), 20);
   EXPECT_GT(cv::countNonZero(warped.mask), 320 * 240 * 6 / 10);
+}
+
+CameraModel make_pincushion() {
+  CameraModel camera = make_camera();
+  camera.distortion[0] = 0.3;
+  camera.prepare();
+  return camera;
+}
+
+TEST(Undistorter, KnowsWhatTheLensDidNotSee) {
+  const CameraModel camera = make_pincushion();
+  const cv::Mat white(240, 320, CV_8UC3, cv::Scalar::all(255));
+  const MaskedPicture picture = Undistorter(camera)(white);
+  const int black = 320 * 240 - cv::countNonZero(picture.mask);
+  EXPECT_GT(black, 2000);
+  for (int y = 0; y < 240; ++y) {
+    for (int x = 0; x < 320; ++x) {
+      if (picture.mask.at<uint8_t>(y, x) == 0) continue;
+      EXPECT_EQ(picture.rgb.at<cv::Vec3b>(y, x)[0], 255) << x << " " << y;
+    }
+  }
+  EXPECT_EQ(cv::countNonZero(Undistorter(make_camera())(white).mask), 320 * 240);
+}
+
+// A view that is right wherever the truth has pixels is perfect, and one that copies the black rim
+// gains nothing by it.
+TEST(PictureScores, TheRimThatTheTruthDoesNotHaveIsNotScored) {
+  const Undistorter undistort(make_pincushion());
+  const MaskedPicture truth = undistort(make_texture(320, 240));
+  const cv::Mat everywhere(240, 320, CV_8U, cv::Scalar(255));
+  const ScoredPixels pixels{truth.mask, everywhere & truth.mask, everywhere & truth.mask};
+  cv::Mat right(240, 320, CV_8UC3, cv::Scalar(90, 120, 30));  // in the rim: what a display shows
+  truth.rgb.copyTo(right, truth.mask);
+  DisplayScore perfect;
+  add_scores(right, truth.rgb, pixels, &perfect);
+  EXPECT_EQ(perfect.mean_psnr_common_db(), 60);
+  EXPECT_EQ(perfect.mean_psnr_measured_db(), 60);
+  EXPECT_EQ(perfect.mean_psnr_whole_db(), 60);
+  EXPECT_NEAR(perfect.mean_ssim_common(), 1, 1e-6);
+  EXPECT_NEAR(perfect.mean_ssim_whole(), 1, 1e-6);
+  EXPECT_LT(*psnr_db(right, truth.rgb), 25) << "what it was with the rim";
+  EXPECT_LT(percentile(perfect.displacement_px, 0.95), 0.01);
+  EXPECT_GT(perfect.displacement_px.size(), 50u);
+  // A moved picture: its score is that of the inside alone, with the rim black or not.
+  cv::Mat moved = shifted(right, 3, 0), moved_black = moved.clone();
+  moved_black.setTo(0, ~truth.mask);
+  DisplayScore a, b;
+  add_scores(moved, truth.rgb, pixels, &a);
+  add_scores(moved_black, truth.rgb, pixels, &b);
+  EXPECT_EQ(a.mean_psnr_common_db(), b.mean_psnr_common_db());
+  EXPECT_EQ(a.mean_psnr_whole_db(), b.mean_psnr_whole_db());
 }
 
 }  // namespace
