@@ -62,7 +62,8 @@ class OmniProcess : public Process {
   RivalWatch rivals_;
   Clutch clutch_;
   CommandSession session_;
-  std::string let_go_because_;  // since when the clutch has to be let go and pressed again
+  // Why the clutch has to be let go and pressed again.
+  std::string let_go_because_ = "it was held when omni started";
   std::string description_;     // of the device, as it was last said
   int engagements_ = 0;
 };

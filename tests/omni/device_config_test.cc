@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "common/errors.h"
+#include "common/lcm_log.h"
+#include "common/node.h"
+#include "foresight/device_state_t.hpp"
 #include "procs/omni/omni_model.h"
 #include "tests/common/files.h"
 #include "tests/omni/arms.h"
@@ -66,6 +69,21 @@ TEST(DeviceConfig, EachDeviceHasItsMappingAndAFileReplacesIt) {
   EXPECT_EQ(choose_mapping(params, arm).axes_needed(), 5);
   params.mapping_file = deploy_file("mappings/omni_wam.yaml");
   EXPECT_EQ(choose_mapping(params, arm).axes_needed(), 3);
+}
+
+TEST(DeviceConfig, ARecordingHasTheMappingOfItsDevice) {
+  const TemporaryFolder folder;
+  OmniParams params;
+  params.device = "recorded";
+  params.device_path = folder.path() + "/sticks.lcmlog";
+  device_state_t state{};
+  state.device = "gamepad";
+  state.n_deflections = 5;
+  state.deflections.assign(5, 0.0);
+  LogWriter(params.device_path).write({1}, "DEVICE_STATE", encode(state));
+  EXPECT_EQ(choose_mapping(params, wam4()).axes_needed(), 5);
+  params.mapping_file = deploy_file("mappings/omni_wam.yaml");
+  EXPECT_EQ(choose_mapping(params, wam4()).axes_needed(), 3);
 }
 
 TEST(DeviceConfig, MakesEveryDevice) {

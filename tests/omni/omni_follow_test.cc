@@ -10,7 +10,8 @@ TEST_F(OmniFollowTest, AButtonThatIsHeldAtTheStartMovesNothing) {
   start(true);
   press(true, 3);
   EXPECT_FALSE(is_engaged());
-  expect_degraded("let go of the clutch and press it again");
+  expect_degraded("let go of the clutch and press it again (");
+  EXPECT_EQ(reason_.find("()"), std::string::npos) << reason_;
 }
 
 TEST_F(OmniFollowTest, ACommandDoesNotRunAheadOfAnArmThatDoesNotFollow) {
