@@ -104,11 +104,9 @@ void Node::reject(PortRecord* port, const std::string& why) {
   log_line(name_, port->spec.channel + " rejected: " + why);
 }
 
-void Node::reject_message(const std::string& channel, const std::string& why,
-                          std::optional<Domain> domain) {
+void Node::reject_message(const std::string& channel, const std::string& why) {
   for (PortRecord& port : ports_) {
-    const bool is_here = !domain || port.spec.domain == *domain;
-    if (port.is_input && is_here && port.spec.channel == channel) return reject(&port, why);
+    if (port.is_input && port.spec.channel == channel) return reject(&port, why);
   }
   FORESIGHT_CHECK(!"reject_message names a channel that was not subscribed");
 }

@@ -18,7 +18,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -127,10 +126,8 @@ class Node {
   void set_state(ProcessState state, const std::string& reason);
   ProcessState state() const { return state_; }
   void set_metric(const std::string& name_with_unit, double value);
-  /// Counts outside data that was refused after decoding (unknown ids, impossible sizes). The domain
-  /// matters to a process that reads the channel in both.
-  void reject_message(const std::string& channel, const std::string& why,
-                      std::optional<Domain> domain = {});
+  /// Counts outside data that was refused after decoding (unknown ids, impossible sizes).
+  void reject_message(const std::string& channel, const std::string& why);
   /// The source has ended: state DONE; ends the process when `then_exit`.
   void finish(const std::string& reason, bool then_exit);
 

@@ -193,8 +193,7 @@ void RendererProcess::on_undelayed_view(const view_t& message) {
   if (!camera_ || layout_ != Layout::kUndelayed) return;
   const auto image = decode_image(message.image, 3);
   if (!image || gl_->undelayed.set_image(*camera_, *image) != InputStatus::kAccepted) {
-    return node_.reject_message("VIEW", "image is damaged or not of the camera's size",
-                                Domain::kRobot);
+    return node_.reject_message("VIEW", "image is damaged or not of the camera's size");
   }
   undelayed_.add({message.utime});
   request_draw();
