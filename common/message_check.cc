@@ -49,6 +49,12 @@ size_t smallest_size(const FieldSchema& field) {
   return sum;
 }
 
+bool is_instant(const FieldSchema& field) {
+  const std::string_view name = field.name;
+  return name.find("utime") != std::string_view::npos || name.ends_with("epoch") ||
+         name.ends_with("session");
+}
+
 // Walks the bytes once; `error` stays empty while all is well.
 class Walker {
  public:
@@ -126,6 +132,9 @@ class Walker {
         break;
       default:
         *integer = static_cast<int64_t>(raw);
+        if ((*integer >= kMaxInstant_us || *integer <= -kMaxInstant_us) && is_instant(field)) {
+          return fail(field, "no instant of this age: " + std::to_string(*integer));
+        }
     }
     return true;
   }
@@ -149,8 +158,20 @@ class Walker {
 
 }  // namespace
 
+size_t max_message_bytes(const MessageSchema& schema) {
+  const std::string_view name = schema.name;
+  if (name == "image_t" || name == "view_t") return 64'000'000;
+  if (name == "mesh_t") return 32'000'000;
+  if (name == "map_delta_t" || name == "carving_delta_t") return 1'000'000;
+  return 64'000;
+}
+
 std::string find_layout_error(const MessageSchema& schema, std::span<const uint8_t> bytes) {
   if (bytes.size() < 8) return "shorter than a fingerprint";
+  if (bytes.size() > max_message_bytes(schema)) {
+    return std::string(schema.name) + ": " + std::to_string(bytes.size()) +
+           " bytes, its kind has at most " + std::to_string(max_message_bytes(schema));
+  }
   Walker walker(bytes);
   if (!walker.walk(schema)) return std::string(schema.name) + "." + walker.error();
   if (walker.position() != bytes.size()) {

@@ -14,6 +14,23 @@ std::optional<Eigen::Quaterniond> read_rotation(const double wxyz[4]) {
 
 std::vector<double> wxyz(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
+// A map whose coordinates exceed this is broken: squares of them must not overflow.
+constexpr double kMaxCoordinate_mu = 1e9;
+
+// Beyond these no lens and no sensor is; what is within computes without overflow.
+bool is_possible(const CameraModel& c) {
+  constexpr double kMax_px = 1e6, kMaxDistortion = 1e3;
+  for (const double f : {c.fx_px, c.fy_px}) {
+    if (!(f >= 1 && f <= kMax_px)) return false;
+  }
+  for (const double centre : {c.cx_px, c.cy_px}) {
+    if (!(std::abs(centre) <= kMax_px)) return false;
+  }
+  return c.width_px >= 16 && c.height_px >= 16 &&
+         std::all_of(c.distortion.begin(), c.distortion.end(),
+                     [](double k) { return std::abs(k) <= kMaxDistortion; });
+}
+
 // Starts a new part when the current one is full.
 template <class Message>
 class PartWriter {
@@ -114,9 +131,7 @@ camera_info_t to_message(const CameraModel& camera, Time time) {
 std::optional<CameraModel> from_message(const camera_info_t& m) {
   const bool known_lens =
       m.lens == camera_info_t::LENS_RADTAN || m.lens == camera_info_t::LENS_EQUIDISTANT;
-  if (!known_lens || m.width_px < 16 || m.height_px < 16 || m.fx_px < 1 || m.fy_px < 1) {
-    return std::nullopt;
-  }
+  if (!known_lens) return std::nullopt;
   CameraModel camera;
   camera.lens = m.lens == camera_info_t::LENS_RADTAN ? LensModel::kRadtan : LensModel::kEquidistant;
   camera.width_px = m.width_px;
@@ -126,7 +141,9 @@ std::optional<CameraModel> from_message(const camera_info_t& m) {
   camera.cx_px = m.cx_px;
   camera.cy_px = m.cy_px;
   std::copy(m.distortion, m.distortion + 5, camera.distortion.begin());
+  if (!is_possible(camera)) return std::nullopt;
   camera.prepare();
+  if (camera.max_radius <= 0) return std::nullopt;  // the lens folds at its very centre
   return camera;
 }
 
@@ -145,7 +162,7 @@ template <class Message>
 std::optional<Pose<Map, Cam>> read_map_from_cam(const Message& message) {
   const auto rotation = read_rotation(message.map_from_cam_quat_wxyz);
   const Eigen::Vector3d position(message.map_from_cam_position_mu);
-  if (!rotation || !position.allFinite()) return std::nullopt;
+  if (!rotation || !(position.cwiseAbs().maxCoeff() <= kMaxCoordinate_mu)) return std::nullopt;
   return Pose<Map, Cam>(*rotation, position);
 }
 

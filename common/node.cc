@@ -3,10 +3,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstring>
+#include <string_view>
 
 #include "common/check.h"
+#include "common/printable_text.h"
 
 namespace foresight {
 namespace {
@@ -20,6 +23,19 @@ int64_t read_int64(std::span<const uint8_t> bytes, size_t offset) {
 // One line to stderr, with the process's name: the supervisor puts it into the process's log.
 void log_line(const std::string& name, const std::string& line) {
   std::fprintf(stderr, "%s: %s\n", name.c_str(), line.c_str());
+}
+
+// Reports and orders that anybody may send: their stamps are of many clocks and in no order.
+constexpr std::array<std::string_view, 5> kOfManySenders{
+    "health_t", "link_stats_t", "snapshot_request_t", "slam_command_t", "pendant_t"};
+
+// A port says so often at most why it rejects: a stranger must not fill the disk with log lines.
+constexpr Duration kRejectionLogged = seconds(1);
+
+std::string future_text(Duration lead) {
+  char text[64];
+  std::snprintf(text, sizeof text, "stamped %.3g s in the future", lead.seconds());
+  return text;
 }
 
 const char* to_string(ProcessState state) {
@@ -56,6 +72,7 @@ Node::Node(std::string name, Host& host, std::vector<Domain> health_domains)
   every(seconds(1), "health", [this] {
     measure();
     publish_health();
+    mark_rejections();
   });
 }
 
@@ -64,6 +81,8 @@ PortRecord* Node::add_port(const PortSpec& spec, const std::string& type, bool i
   port.spec = spec;
   port.type = type;
   port.is_input = is_input;
+  port.has_many_senders =
+      std::find(kOfManySenders.begin(), kOfManySenders.end(), type) != kOfManySenders.end();
   ports_.push_back(port);
   return &ports_.back();
 }
@@ -76,49 +95,76 @@ void Node::subscribe_raw(const PortSpec& spec, Queue queue, Host::Handler handle
   PortRecord* port = add_port(spec, "any", true);
   listen(port, queue, [this, port, handler = std::move(handler)](auto bytes) {
     ++port->messages;
+    ++port->arrived;
     port->bytes += static_cast<int64_t>(bytes.size());
     guard(port, [&] { handler(bytes); });
   });
 }
 
+// Empty, or why the message is refused before it is decoded.
+std::string Node::find_error(PortRecord* port, const MessageSchema& schema, int64_t fingerprint,
+                             std::span<const uint8_t> bytes) const {
+  if (bytes.size() < 16 || read_int64(bytes, 0) != fingerprint) return "is not a " + port->type;
+  if (std::string error = find_layout_error(schema, bytes); !error.empty()) return error;
+  const Time stamp{read_int64(bytes, 8)};
+  if (port->has_many_senders || port->stamps.accept(stamp, host_.now())) return {};
+  return future_text(stamp - host_.now());
+}
+
 bool Node::accept(PortRecord* port, const MessageSchema& schema, int64_t fingerprint,
                   std::span<const uint8_t> bytes) {
-  if (bytes.size() < 16 || read_int64(bytes, 0) != fingerprint) {
-    reject(port, "is not a " + port->type);
-    return false;
-  }
-  if (const std::string error = find_layout_error(schema, bytes); !error.empty()) {
+  ++port->arrived;
+  if (const std::string error = find_error(port, schema, fingerprint, bytes); !error.empty()) {
     reject(port, error);
     return false;
   }
   ++port->messages;
   port->bytes += static_cast<int64_t>(bytes.size());
-  port->latency = std::max(port->latency, host_.now() - Time{read_int64(bytes, 8)});
+  const Duration latency = host_.now() - Time{read_int64(bytes, 8)};
+  port->latency = std::max(port->latency.value_or(latency), latency);
   return true;
 }
 
 void Node::reject(PortRecord* port, const std::string& why) {
   ++port->rejected;
-  if (why == port->last_rejection) return;  // say it once, count the rest
+  const bool is_news = why != port->last_rejection;
   port->last_rejection = why;
+  const Time now = host_.now();
+  // Say it once, count the rest.
+  if (!is_news || (port->rejection_logged && now - *port->rejection_logged < kRejectionLogged)) {
+    return;
+  }
+  port->rejection_logged = now;
   log_line(name_, port->spec.channel + " rejected: " + why);
 }
 
 void Node::reject_message(const std::string& channel, const std::string& why) {
+  if (handled_ != nullptr && handled_->spec.channel == channel) return reject(handled_, why);
   for (PortRecord& port : ports_) {
     if (port.is_input && port.spec.channel == channel) return reject(&port, why);
   }
   FORESIGHT_CHECK(!"reject_message names a channel that was not subscribed");
 }
 
+void Node::reject_message(Domain domain, const std::string& channel, const std::string& why) {
+  for (PortRecord& port : ports_) {
+    if (port.is_input && port.spec.channel == channel && port.spec.domain == domain) {
+      return reject(&port, why);
+    }
+  }
+  FORESIGHT_CHECK(!"reject_message names a channel that was not subscribed");
+}
+
 void Node::guard(PortRecord* port, const std::function<void()>& call) {
   const Time begin = host_.now();
+  handled_ = port;
   try {
     call();
   } catch (const std::exception& e) {
     log_line(name_, "bug: exception in the handler of " + port->spec.channel + ": " + e.what());
     check_failed(__FILE__, __LINE__, "handlers do not throw");
   }
+  handled_ = nullptr;
   port->handling = std::max(port->handling, host_.now() - begin);
 }
 
@@ -155,7 +201,7 @@ void Node::set_state(ProcessState state, const std::string& reason) {
   state_ = state;
   reason_ = reason;
   if (!changed) return;
-  log_line(name_, std::string(to_string(state)) + (reason.empty() ? "" : ": " + reason));
+  log_line(name_, std::string(to_string(state)) + (reason.empty() ? "" : ": " + printable(reason)));
   publish_health();
 }
 
@@ -178,13 +224,31 @@ void Node::measure() {
     port.bytes_mark = port.bytes;
     port.last_latency = port.latency;
     port.last_handling = port.handling;
-    port.latency = {-1};
+    port.latency.reset();
     port.handling = {0};
   }
   const double cpu_s = host_.usage().cpu_s;
   cpu_share_ = (cpu_s - cpu_mark_s_) / elapsed_s;
   cpu_mark_s_ = cpu_s;
   measured_at_ = host_.now();
+}
+
+void Node::mark_rejections() {
+  for (PortRecord& port : ports_) port.marks = {{{port.arrived, port.rejected}, port.marks[0]}};
+}
+
+// Of the last two seconds; empty unless most messages of some input were rejected.
+std::string Node::rejections() const {
+  std::string text;
+  for (const PortRecord& port : ports_) {
+    const int64_t arrived = port.arrived - port.marks[1].arrived;
+    const int64_t rejected = port.rejected - port.marks[1].rejected;
+    if (rejected == 0 || 2 * rejected <= arrived) continue;
+    text += (text.empty() ? "" : "; ") + port.spec.channel + ": " + std::to_string(rejected) +
+            " of " + std::to_string(std::max(arrived, rejected)) +
+            " rejected: " + port.last_rejection;
+  }
+  return text;
 }
 
 static port_health_t make_port_health(const PortRecord& port) {
@@ -197,9 +261,9 @@ static port_health_t make_port_health(const PortRecord& port) {
   p.bytes_per_s = static_cast<float>(port.bytes_per_s);
   p.rejected = port.rejected;
   p.skipped = port.skipped;
-  p.latency_ms = port.last_latency.us < 0
-                     ? -1.f
-                     : static_cast<float>(static_cast<double>(port.last_latency.us) * 1e-3);
+  p.lost = port.losses.lost();
+  const Duration latency = port.last_latency.value_or(Duration{0});
+  p.worst_latency_ms = static_cast<float>(static_cast<double>(latency.us) * 1e-3);
   p.handler_ms = static_cast<float>(static_cast<double>(port.last_handling.us) * 1e-3);
   return p;
 }
@@ -207,21 +271,23 @@ static port_health_t make_port_health(const PortRecord& port) {
 health_t Node::make_health() const {
   health_t health{};
   health.utime = host_.now().us;
-  health.process = name_;
+  health.process = printable(name_);
   health.pid = host_.is_simulated() ? 0 : static_cast<int32_t>(getpid());
   health.state = static_cast<int8_t>(state_);
-  health.reason = reason_;
-  if (const std::string complaint = host_.complaint(); !complaint.empty()) {
+  std::string reason = reason_;
+  for (const std::string& complaint : {host_.complaint(), rejections()}) {
+    if (complaint.empty()) continue;
     if (state_ == ProcessState::kOk) health.state = health_t::STATE_DEGRADED;
-    health.reason += (health.reason.empty() ? "" : "; ") + complaint;
+    reason += (reason.empty() ? "" : "; ") + complaint;
   }
+  health.reason = printable(reason);
   health.uptime_s = static_cast<float>((host_.now() - started_).seconds());
   health.cpu_share = static_cast<float>(cpu_share_);
   health.memory_mb = static_cast<float>(host_.usage().memory_mb);
   for (const PortRecord& port : ports_) health.ports.push_back(make_port_health(port));
   health.n_ports = static_cast<int32_t>(health.ports.size());
   for (const auto& [name, value] : metrics_) {
-    health.metric_names.push_back(name);
+    health.metric_names.push_back(printable(name));
     health.metric_values.push_back(value);
   }
   health.n_metrics = static_cast<int32_t>(metrics_.size());

@@ -10,20 +10,24 @@
 //   };
 //
 // The constructor is the contract: everything it declares is recorded and printed by --describe.
-// A datagram that is truncated, oversized, of another type or carries NaN is counted in health and
-// never reaches a handler.
+// A datagram that is truncated, oversized, of another type, carries NaN or an absurd stamp is
+// counted in health and never reaches a handler; a port on which most are rejected degrades it.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/host.h"
 #include "common/message_check.h"
+#include "common/stamp_gate.h"
+#include "common/stream_losses.h"
 #include "foresight/health_t.hpp"
 
 namespace foresight {
@@ -40,16 +44,39 @@ struct PortRecord {
   PortSpec spec;
   std::string type;
   bool is_input = false;
-  // Counters since start.
-  int64_t messages = 0, rejected = 0, skipped = 0, bytes = 0;
+  bool has_many_senders = false;  // reports and orders: no one stream of stamps
+  // Counters since start; `arrived` counts the rejected ones too.
+  int64_t messages = 0, arrived = 0, rejected = 0, skipped = 0, bytes = 0;
+  StampGate stamps;
+  StreamLosses losses;
   // Of the second that is running: worst cases, and the marks from which rates are taken.
-  Duration latency{-1}, handling{0};
+  std::optional<Duration> latency;
+  Duration handling{0};
   int64_t messages_mark = 0, bytes_mark = 0;
   // Of the last whole second.
-  Duration last_latency{-1}, last_handling{0};
+  std::optional<Duration> last_latency;
+  Duration last_handling{0};
   double rate_hz = 0, bytes_per_s = 0;
+  // Rejections: as they were one and two seconds ago, and what was said last.
+  struct Mark {
+    int64_t arrived = 0, rejected = 0;
+  };
+  std::array<Mark, 2> marks;
   std::string last_rejection;
+  std::optional<Time> rejection_logged;
 };
+
+/// The number by which losses on a stream are counted, of messages that bear one.
+template <class Message>
+std::optional<StreamNumber> stream_number(const Message& message) {
+  if constexpr (requires { message.frame_number; }) {
+    return StreamNumber{0, message.frame_number};
+  } else if constexpr (requires { message.session, message.seq; }) {
+    return StreamNumber{message.session, message.seq};
+  } else {
+    return std::nullopt;
+  }
+}
 
 struct TimerRecord {
   std::string name;
@@ -106,6 +133,7 @@ class Node {
         reject(port, "cannot be decoded");
         return;
       }
+      if (const auto n = stream_number(message)) port->losses.add(*n, port->skipped);
       guard(port, [&] { handler(message); });
     });
   }
@@ -126,8 +154,11 @@ class Node {
   void set_state(ProcessState state, const std::string& reason);
   ProcessState state() const { return state_; }
   void set_metric(const std::string& name_with_unit, double value);
-  /// Counts outside data that was refused after decoding (unknown ids, impossible sizes).
+  /// Counts outside data that was refused after decoding (unknown ids, impossible sizes): on the
+  /// port whose message is being handled, else on the first of that name.
   void reject_message(const std::string& channel, const std::string& why);
+  /// The same, for a channel that is subscribed in both domains.
+  void reject_message(Domain domain, const std::string& channel, const std::string& why);
   /// The source has ended: state DONE; ends the process when `then_exit`.
   void finish(const std::string& reason, bool then_exit);
 
@@ -142,9 +173,13 @@ class Node {
   void listen(PortRecord* port, Queue queue, Host::Handler handler);
   bool accept(PortRecord* port, const MessageSchema& schema, int64_t fingerprint,
               std::span<const uint8_t> bytes);
+  std::string find_error(PortRecord* port, const MessageSchema& schema, int64_t fingerprint,
+                         std::span<const uint8_t> bytes) const;
   void reject(PortRecord* port, const std::string& why);
   void guard(PortRecord* port, const std::function<void()>& call);
   void measure();
+  void mark_rejections();
+  std::string rejections() const;
   health_t make_health() const;
   void publish_health();
 
@@ -154,6 +189,7 @@ class Node {
   std::deque<PortRecord> ports_;  // addresses stay valid
   std::vector<TimerRecord> timers_;
   std::vector<PortRecord*> health_ports_;
+  PortRecord* handled_ = nullptr;  // whose message is being handled
   std::map<std::string, double> metrics_;
   ProcessState state_ = ProcessState::kStarting;
   std::string reason_;

@@ -84,10 +84,11 @@ void Simulation::call_at(Time time, std::function<void()> call) {
 }
 
 void Simulation::inject(Time time, Domain domain, const std::string& channel,
-                        std::vector<uint8_t> bytes) {
+                        std::vector<uint8_t> bytes, const std::string& only_for) {
   auto shared = std::make_shared<const std::vector<uint8_t>>(std::move(bytes));
-  schedule(std::max(time, now_), 0,
-           [this, domain, channel, shared] { deliver(domain, channel, shared); });
+  schedule(std::max(time, now_), 0, [this, domain, channel, shared, only_for] {
+    deliver(domain, channel, shared, only_for);
+  });
 }
 
 void Simulation::listen(Domain domain, const std::string& channel, Host::Handler handler) {
@@ -96,9 +97,13 @@ void Simulation::listen(Domain domain, const std::string& channel, Host::Handler
 }
 
 void Simulation::deliver(Domain domain, const std::string& channel,
-                         const std::shared_ptr<const std::vector<uint8_t>>& bytes) {
+                         const std::shared_ptr<const std::vector<uint8_t>>& bytes,
+                         const std::string& only_for) {
   const auto subscriptions = subscriptions_;  // a handler may add or remove some
   for (const auto& s : subscriptions) {
+    if (!only_for.empty() && (!alive_.contains(s->owner) || alive_.at(s->owner) != only_for)) {
+      continue;
+    }
     if (s->domain == domain && s->channel == channel && is_alive(s->owner)) s->handler(*bytes);
   }
 }

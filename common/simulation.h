@@ -40,8 +40,10 @@ class Simulation {
 
   Time now() const { return now_; }
   void set_tap(Tap tap) { tap_ = std::move(tap); }
-  /// Publishes bytes from outside (a log, a test) at a time that is not in the past.
-  void inject(Time time, Domain domain, const std::string& channel, std::vector<uint8_t> bytes);
+  /// Publishes bytes from outside (a log, a test) at a time that is not in the past; `only_for`:
+  /// one process gets them, and nobody else.
+  void inject(Time time, Domain domain, const std::string& channel, std::vector<uint8_t> bytes,
+              const std::string& only_for = {});
   /// A direct subscription, for tests and evaluation.
   void listen(Domain domain, const std::string& channel, Host::Handler handler);
   void call_at(Time time, std::function<void()> call);
@@ -78,7 +80,8 @@ class Simulation {
 
   void schedule(Time time, int owner, std::function<void()> call);
   void deliver(Domain domain, const std::string& channel,
-               const std::shared_ptr<const std::vector<uint8_t>>& bytes);
+               const std::shared_ptr<const std::vector<uint8_t>>& bytes,
+               const std::string& only_for = {});
   bool is_alive(int owner) const { return owner == 0 || alive_.contains(owner); }
 
   Time now_;

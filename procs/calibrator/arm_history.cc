@@ -13,10 +13,16 @@ ArmHistory::Added ArmHistory::add(Time time, const Pose<Base, Ee>& base_from_ee)
     const ArmSample& last = samples_.back();
     if (time <= last.time && last.time - time < seconds(1)) return Added::kNotNewer;
     if (time < last.time || is_jump(last, sample)) {
-      samples_.clear();
+      const bool is_believed = doubted_ && doubted_->time < time && !is_jump(*doubted_, sample);
+      if (!is_believed) {
+        doubted_ = sample;
+        return Added::kDoubted;
+      }
+      samples_ = {*doubted_};
       added = Added::kJump;
     }
   }
+  doubted_.reset();
   samples_.push_back(sample);
   while ((time - samples_.front().time).seconds() > options_.length_s) samples_.pop_front();
   return added;

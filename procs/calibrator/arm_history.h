@@ -5,7 +5,8 @@
 //   auto motion = history.at(frame_time);          // nothing: not covered
 //
 // What it refuses to do: interpolate across a gap, or across a jump that no arm can make (a fault
-// of an encoder, a controller that was restarted): there the history begins anew.
+// of an encoder, a controller that was restarted): there the history begins anew, once a second
+// reading agrees with the first after the jump. A single forged one changes nothing.
 #pragma once
 
 #include <deque>
@@ -24,12 +25,12 @@ struct ArmHistoryOptions {
 
 class ArmHistory {
  public:
-  enum class Added { kAdded, kNotNewer, kJump };
+  enum class Added { kAdded, kNotNewer, kDoubted, kJump };
 
   explicit ArmHistory(const ArmHistoryOptions& options) : options_(options) {}
 
-  /// O(1). A reading older than the newest is refused; one much older (a clock that was set back)
-  /// begins the history anew.
+  /// O(1). A jump is doubted first, and believed when the next reading agrees. A reading older than
+  /// the newest is refused; one much older (a clock that was set back) begins the history anew.
   Added add(Time time, const Pose<Base, Ee>& base_from_ee);
   /// Where the arm was; empty when the instant is not between two readings of one piece.
   std::optional<ArmMotion> at(Time time) const;
@@ -48,6 +49,7 @@ class ArmHistory {
 
   ArmHistoryOptions options_;
   std::deque<ArmSample> samples_;
+  std::optional<ArmSample> doubted_;  // the first after a jump
 };
 
 }  // namespace foresight::calibration

@@ -12,6 +12,8 @@ namespace {
 // What the filter notices late may have spoiled pairs already.
 constexpr Duration kDoubt = milliseconds(1500);
 constexpr Duration kBack = seconds(1);
+// Nothing is predicted over a longer time between two frames: a clock was set, or all stood still.
+constexpr Duration kClockStep = seconds(60);
 constexpr double kSigmas = 3;   // of the alignment, that are no motion of the base
 constexpr double kFarAway = 3;  // times that limit: it will not come back exactly
 // Bundle adjustment that moves pairs by less is not worth a new solution.
@@ -49,8 +51,7 @@ void Calibrator::begin_epoch(int64_t epoch) {
 }
 
 void Calibrator::apply_map(int64_t epoch, MapChange change, const MapDelta& delta) {
-  if (epoch < epoch_) return;
-  if (epoch > epoch_) begin_epoch(epoch);
+  if (epoch != epoch_) begin_epoch(epoch);
   if (change == MapChange::kSnapshot) map_.clear();
   map_.apply(delta);
   if (is_collecting()) {
@@ -68,6 +69,8 @@ void Calibrator::add_joints(Time time, const JointVector& position_rad) {
     case ArmHistory::Added::kNotNewer:
       ++statistics_.joints_not_newer;
       return;
+    case ArmHistory::Added::kDoubted:
+      return;
     case ArmHistory::Added::kAdded:
       break;
   }
@@ -82,13 +85,16 @@ bool Calibrator::is_good(const CameraFrame& frame) const {
 
 bool Calibrator::add_frame(const CameraFrame& frame) {
   if (frame.time <= newest_frame_ && newest_frame_ - frame.time < seconds(1)) return false;
-  if (frame.time < newest_frame_) {  // the clock was set back: no filter can follow that
+  // No filter can follow a clock that was set.
+  if (frame.time < newest_frame_ || frame.time - newest_frame_ > kClockStep) {
     waiting_.clear();
     filter_runs_ = false;
   }
   newest_frame_ = frame.time;
-  if (frame.epoch == 0 || frame.epoch < epoch_) return true;
-  if (frame.epoch > epoch_) begin_epoch(frame.epoch);
+  if (frame.epoch == 0 || frame.epoch != epoch_) {
+    statistics_.frames_of_other_maps += frame.epoch != 0 ? 1 : 0;
+    return true;
+  }
   const bool good = is_good(frame);
   if (frame.map_from_cam && !good) ++statistics_.weak_frames;
   if (good && is_collecting()) collector_.add_frame(frame.time, *frame.map_from_cam);

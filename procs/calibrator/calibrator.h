@@ -83,6 +83,7 @@ struct CalibratorStatistics {
   int64_t joints_not_newer = 0;
   int64_t missing_joints = 0;  // frames without joints at their time
   int64_t weak_frames = 0;     // tracked, but too badly
+  int64_t frames_of_other_maps = 0;
   bool base_has_left = false;  // the place of its alignment
   AlignmentSolution newest;    // accepted or not
   BaseFilterStatistics filter;
@@ -95,11 +96,12 @@ class Calibrator {
   Calibrator& operator=(const Calibrator&) = delete;
 
   void set_camera(const CameraModel& camera) { camera_ = camera; }
-  /// Changes of an older map than the present one are passed over.
+  /// The map's stream says which map is the present one: another epoch begins anew.
   void apply_map(int64_t epoch, MapChange change, const MapDelta& delta);
   /// `position_rad` has one row per joint.
   void add_joints(Time time, const JointVector& position_rad);
-  /// False when the frame is not newer than the last one.
+  /// A frame of another map than the present one is passed over. False when it is not newer than
+  /// the last one.
   [[nodiscard]] bool add_frame(const CameraFrame& frame);
 
   /// What to solve, when something has changed since the last task.

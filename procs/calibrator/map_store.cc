@@ -10,8 +10,15 @@ void MapStore::clear() {
 void MapStore::apply(const MapDelta& delta) {
   for (const int32_t id : delta.points_removed) points_.erase(id);
   for (const int32_t id : delta.keyframes_removed) keyframes_.erase(id);
-  for (const MapKeyframe& k : delta.keyframes_set) keyframes_[k.id] = k;
-  for (const MapPoint& p : delta.points_set) points_[p.id] = p.position_in_map;
+  const auto is_possible = [](const auto& v) {
+    return static_cast<double>(v.cwiseAbs().maxCoeff()) <= kMaxCoordinate_mu;
+  };
+  for (const MapKeyframe& k : delta.keyframes_set) {
+    if (is_possible(k.map_from_cam.translation())) keyframes_[k.id] = k;
+  }
+  for (const MapPoint& p : delta.points_set) {
+    if (is_possible(p.position_in_map)) points_[p.id] = p.position_in_map;
+  }
 }
 
 const MapKeyframe* MapStore::find_keyframe(int32_t id) const {

@@ -10,8 +10,10 @@ namespace foresight::calibration {
 
 class MapStore {
  public:
+  static constexpr double kMaxCoordinate_mu = 1e9;  // as the carver's
   void clear();
-  /// O(changes · log map). Observations are not kept.
+  /// O(changes · log map). Observations are not kept; coordinates beyond ± kMaxCoordinate_mu are
+  /// those of a broken map and are passed over.
   void apply(const MapDelta& delta);
 
   const std::map<int32_t, MapKeyframe>& keyframes() const { return keyframes_; }

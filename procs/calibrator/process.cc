@@ -71,7 +71,11 @@ CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params)
           {.channel = "BASE_POSE", .rate_hz = 30, .doc = "where the base is, per frame"})),
       hints_(node.advertise<pose_hint_t>(
           {.channel = "POSE_HINT", .doc = "where the camera should be, while SLAM is lost"})),
-      requester_(node, "MAP_DELTA", Domain::kRobot) {
+      map_(node, {.channel = "MAP_DELTA", .doc = "changes of the SLAM map"},
+           [this](const DeltaStep<MapDelta>& step) {
+             apply_map(step);
+             return true;
+           }) {
   params_.options.filter.kind = params.filter == "paper" ? calibration::BaseFilterKind::kPaper
                                                          : calibration::BaseFilterKind::kKalman;
   node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"},
@@ -80,8 +84,6 @@ CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params)
   node.subscribe<camera_pose_t>(
       {.channel = "CAMERA_POSE", .rate_hz = 30, .doc = "where SLAM sees the camera"}, Queue::kAll,
       [this](const camera_pose_t& m) { on_camera_pose(m); });
-  node.subscribe<map_delta_t>({.channel = "MAP_DELTA", .doc = "changes of the SLAM map"},
-                              Queue::kAll, [this](const map_delta_t& m) { on_map_delta(m); });
   node.subscribe<joint_state_t>(
       {.channel = "JOINT_STATE", .rate_hz = 100, .doc = "the arm's joints"}, Queue::kAll,
       [this](const joint_state_t& m) { on_joint_state(m); });
@@ -101,8 +103,8 @@ void CalibratorProcess::start() {
 void CalibratorProcess::on_camera_info(const camera_info_t& message) {
   const auto camera = from_message(message);
   if (!camera) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
-  camera_ = camera;
-  core_->set_camera(*camera);
+  if (!camera_.offer(*camera)) return node_.reject_message("CAMERA_INFO", "contradicts the last");
+  core_->set_camera(*camera_.value());
 }
 
 void CalibratorProcess::on_joint_state(const joint_state_t& message) {
@@ -111,6 +113,8 @@ void CalibratorProcess::on_joint_state(const joint_state_t& message) {
                                                    " joints, the arm's description has " +
                                                    std::to_string(joints_));
   }
+  const StampVerdict verdict = joint_stamps_.judge(node_.now(), {message.utime});
+  if (!is_taken(verdict)) return node_.reject_message("JOINT_STATE", to_string(verdict));
   last_joints_ = node_.now();
   core_->add_joints({message.utime}, JointVector::Map(message.position_rad.data(), joints_));
   publish_base();
@@ -121,6 +125,8 @@ void CalibratorProcess::on_camera_pose(const camera_pose_t& message) {
   if (!pose && message.state == camera_pose_t::STATE_TRACKING) {
     return node_.reject_message("CAMERA_POSE", "its quaternion is none");
   }
+  const StampVerdict verdict = frame_stamps_.judge(node_.now(), {message.utime});
+  if (!is_taken(verdict)) return node_.reject_message("CAMERA_POSE", to_string(verdict));
   last_frame_ = node_.now();
   const bool is_new = core_->add_frame(
       {{message.utime}, message.epoch, pose, message.quality, message.points_found});
@@ -139,16 +145,11 @@ void CalibratorProcess::publish_hint() {
   hints_.publish(hint);
 }
 
-void CalibratorProcess::on_map_delta(const map_delta_t& message) {
-  const Received received = receiver_.receive(message);
-  if (received == Received::kBad) node_.reject_message("MAP_DELTA", "contradicts itself");
-  if (received == Received::kGap || received == Received::kBad) return requester_.want();
-  if (received != Received::kDelta && received != Received::kSnapshot) return;
-  requester_.satisfied();
-  core_->apply_map(receiver_.epoch(),
-                   received == Received::kSnapshot ? calibration::MapChange::kSnapshot
-                                                   : calibration::MapChange::kDelta,
-                   receiver_.take());
+void CalibratorProcess::apply_map(const DeltaStep<MapDelta>& step) {
+  core_->apply_map(
+      step.epoch,
+      step.is_snapshot ? calibration::MapChange::kSnapshot : calibration::MapChange::kDelta,
+      step.delta);
 }
 
 void CalibratorProcess::solve() {
@@ -182,7 +183,7 @@ std::string CalibratorProcess::missing_input() const {
   const auto is_silent = [this](const std::optional<Time>& last) {
     return !last || node_.now() - *last > kSilence;
   };
-  if (!camera_) return "no CAMERA_INFO yet";
+  if (!camera_.value()) return "no CAMERA_INFO yet";
   if (is_silent(last_joints_)) return "no JOINT_STATE arrives";
   if (is_silent(last_frame_)) return "no CAMERA_POSE arrives";
   return {};
@@ -199,6 +200,7 @@ void CalibratorProcess::publish_health() {
   node_.set_metric("late_joints", static_cast<double>(s.joints_not_newer));
   node_.set_metric("frames_without_joints", static_cast<double>(s.missing_joints));
   node_.set_metric("weak_frames", static_cast<double>(s.weak_frames));
+  node_.set_metric("frames_of_other_maps", static_cast<double>(s.frames_of_other_maps));
   node_.set_metric("base_has_left", s.base_has_left ? 1 : 0);
   node_.set_metric("base_refused", s.filter.refused);
   node_.set_metric("base_reacquisitions", s.filter.reacquisitions);

@@ -4,8 +4,10 @@
 #include <optional>
 #include <string>
 
-#include "common/delta_stream.h"
+#include "common/delta_input.h"
+#include "common/newest_stamp.h"
 #include "common/node.h"
+#include "common/persistent_value.h"
 #include "common/process_main.h"
 #include "foresight/alignment_t.hpp"
 #include "foresight/base_pose_t.hpp"
@@ -38,7 +40,7 @@ class CalibratorProcess : public Process {
  private:
   void on_camera_info(const camera_info_t& message);
   void on_camera_pose(const camera_pose_t& message);
-  void on_map_delta(const map_delta_t& message);
+  void apply_map(const DeltaStep<MapDelta>& step);
   void on_joint_state(const joint_state_t& message);
   void solve();
   void publish_alignment();
@@ -52,11 +54,11 @@ class CalibratorProcess : public Process {
   Publisher<alignment_t> alignments_;
   Publisher<base_pose_t> base_poses_;
   Publisher<pose_hint_t> hints_;
-  SnapshotRequester requester_;
-  DeltaReceiver<map_delta_t, MapDelta> receiver_;
+  DeltaInput<map_delta_t, MapDelta> map_;
   std::unique_ptr<calibration::Calibrator> core_;
-  int joints_ = 0;  // of the arm
-  std::optional<CameraModel> camera_;
+  int joints_ = 0;                          // of the arm
+  PersistentValue<CameraModel> camera_{2};  // stated once a second
+  NewestStamp joint_stamps_, frame_stamps_;
   std::optional<Time> last_joints_, last_frame_;  // by the clock, when they arrived
   std::optional<calibration::BaseState> base_state_;
 };

@@ -8,41 +8,32 @@ CarverProcess::CarverProcess(Node& node, const CarverParams& params)
     : node_(node),
       params_(params),
       carver_(params.carver_options()),
-      requester_(node, "MAP_DELTA", Domain::kRobot),
+      map_(node, {.channel = "MAP_DELTA", .doc = "changes of the SLAM map"},
+           [this](const DeltaStep<MapDelta>& step) {
+             apply(step);
+             return true;  // what makes no sense in a map is ignored and counted
+           }),
       sender_(node.advertise<carving_delta_t>(
                   {.channel = "CARVING_DELTA", .doc = "changed cells and their constraint counts"}),
-              node.now()) {
-  node.subscribe<map_delta_t>({.channel = "MAP_DELTA", .doc = "changes of the SLAM map"},
-                              Queue::kAll, [this](const map_delta_t& m) { on_map_delta(m); });
-  node.subscribe<snapshot_request_t>(
-      {.channel = "SNAPSHOT_REQUEST", .doc = "asks for the whole carving"}, Queue::kAll,
-      [this](const snapshot_request_t& m) { on_request(m); });
+              node.now()),
+      responder_(node, "CARVING_DELTA", "asks for the whole carving",
+                 [this] { sender_.send_snapshot(data_time_, carver_.snapshot()); }) {
   node.at(node.now(), [this] { node_.set_state(ProcessState::kWaiting, "no map yet"); });
 }
 
-void CarverProcess::on_map_delta(const map_delta_t& message) {
+void CarverProcess::apply(const DeltaStep<MapDelta>& step) {
   const Time begin = node_.now();
-  const Received received = receiver_.receive(message);
-  if (received == Received::kBad) node_.reject_message("MAP_DELTA", "contradicts itself");
-  if (received == Received::kGap || received == Received::kBad) return requester_.want();
-  if (received != Received::kDelta && received != Received::kSnapshot) return;
-  requester_.satisfied();
-  const MapDelta delta = receiver_.take();
-  data_time_ = {message.utime};
-  if (received == Received::kDelta) {
-    sender_.send_delta(data_time_, receiver_.epoch(), carver_.apply(delta));
-  } else {
+  data_time_ = step.time;
+  if (step.is_snapshot) {
     // The state before does not matter to anybody: what follows is a new stream's first delta.
     carver_.reset();
-    carver_.apply(delta);
+    carver_.apply(step.delta);
     sender_.restart(node_.now());
-    sender_.send_delta(data_time_, receiver_.epoch(), carver_.snapshot());
+    sender_.send_delta(data_time_, step.epoch, carver_.snapshot());
+  } else {
+    sender_.send_delta(data_time_, step.epoch, carver_.apply(step.delta));
   }
   publish(carver_.statistics(), node_.now() - begin);
-}
-
-void CarverProcess::on_request(const snapshot_request_t& request) {
-  if (request.channel == "CARVING_DELTA") sender_.send_snapshot(data_time_, carver_.snapshot());
 }
 
 void CarverProcess::publish(const CarverStatistics& s, Duration elapsed) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/delta_stream.h"
+#include "common/delta_input.h"
 #include "common/node.h"
 #include "common/process_main.h"
 #include "foresight/carving_delta_t.hpp"
@@ -21,16 +21,15 @@ class CarverProcess : public Process {
   CarverProcess(Node& node, const CarverParams& params);
 
  private:
-  void on_map_delta(const map_delta_t& message);
-  void on_request(const snapshot_request_t& request);
+  void apply(const DeltaStep<MapDelta>& step);
   void publish(const CarverStatistics& s, Duration elapsed);
 
   Node& node_;
   CarverParams params_;
   Carver carver_;
-  DeltaReceiver<map_delta_t, MapDelta> receiver_;
-  SnapshotRequester requester_;
+  DeltaInput<map_delta_t, MapDelta> map_;
   DeltaSender<carving_delta_t> sender_;
+  SnapshotResponder responder_;
   Time data_time_;
 };
 

@@ -10,43 +10,34 @@ MesherProcess::MesherProcess(Node& node, const MesherParams& params)
     : node_(node),
       params_(params),
       mesher_(params.options()),
-      requester_(node, "CARVING_DELTA", Domain::kRobot),
+      carving_(node, {.channel = "CARVING_DELTA", .doc = "changes of the carving"},
+               [this](const DeltaStep<CarvingDelta>& step) { return apply(step); }),
       meshes_(node.advertise<mesh_t>(
-          {.channel = "MESH", .rate_hz = params.rate_hz, .doc = "the regularised surface"})) {
-  node.subscribe<carving_delta_t>({.channel = "CARVING_DELTA", .doc = "changes of the carving"},
-                                  Queue::kAll,
-                                  [this](const carving_delta_t& m) { on_carving_delta(m); });
-  node.subscribe<snapshot_request_t>(
-      {.channel = "SNAPSHOT_REQUEST", .doc = "asks for the mesh again"}, Queue::kAll,
-      [this](const snapshot_request_t& m) { on_request(m); });
+          {.channel = "MESH", .rate_hz = params.rate_hz, .doc = "the regularised surface"})),
+      responder_(node, "MESH", "asks for the mesh again", [this] {
+        if (last_.version > 0) meshes_.publish(last_);
+      }) {
   node.every(seconds(1.0 / params.rate_hz), "update", [this] { update(); });
   node.at(node.now(), [this] { node_.set_state(ProcessState::kWaiting, "no carving yet"); });
 }
 
-void MesherProcess::on_carving_delta(const carving_delta_t& message) {
-  const Received received = receiver_.receive(message);
-  if (received == Received::kBad) node_.reject_message("CARVING_DELTA", "contradicts itself");
-  if (received == Received::kGap || received == Received::kBad) return requester_.want();
-  if (received != Received::kDelta && received != Received::kSnapshot) return;
-  requester_.satisfied();
-  if (received == Received::kSnapshot) mesher_.reset();
-  if (mesher_.apply(receiver_.take()) != ApplyResult::kOk) {
-    node_.reject_message("CARVING_DELTA", "does not fit the cells known so far");
-    receiver_.desynchronise();
-    return requester_.want();
-  }
-  data_time_ = {message.utime};
+bool MesherProcess::apply(const DeltaStep<CarvingDelta>& step) {
+  if (step.is_snapshot) mesher_.reset();
+  if (mesher_.apply(step.delta) != ApplyResult::kOk) return false;
+  data_time_ = step.time;
+  epoch_ = step.epoch;
   changed_ = true;
+  return true;
 }
 
 void MesherProcess::update() {
-  if (!changed_ || !receiver_.is_synchronised()) return;
+  if (!changed_ || !carving_.is_synchronised()) return;
   changed_ = false;
   const Time begin = node_.now();
   const Mesh mesh = mesher_.update();
   mesh_t message = to_message(mesh);
   message.utime = data_time_.us;
-  message.epoch = receiver_.epoch();
+  message.epoch = epoch_;
   message.version = last_.version + 1;
   last_ = std::move(message);
   meshes_.publish(last_);
@@ -70,10 +61,6 @@ bool MesherProcess::export_mesh(const Mesh& mesh) {
                     "export_ply: " + params_.export_ply + ": " + error.message());
   }
   return !error;
-}
-
-void MesherProcess::on_request(const snapshot_request_t& request) {
-  if (request.channel == "MESH" && last_.version > 0) meshes_.publish(last_);
 }
 
 void MesherProcess::publish_metrics(Duration elapsed) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/delta_stream.h"
+#include "common/delta_input.h"
 #include "common/node.h"
 #include "common/process_main.h"
 #include "foresight/carving_delta_t.hpp"
@@ -20,8 +20,7 @@ class MesherProcess : public Process {
   MesherProcess(Node& node, const MesherParams& params);
 
  private:
-  void on_carving_delta(const carving_delta_t& message);
-  void on_request(const snapshot_request_t& request);
+  bool apply(const DeltaStep<CarvingDelta>& step);
   void update();
   bool export_mesh(const Mesh& mesh);
   void publish_metrics(Duration elapsed);
@@ -29,11 +28,12 @@ class MesherProcess : public Process {
   Node& node_;
   MesherParams params_;
   Mesher mesher_;
-  DeltaReceiver<carving_delta_t, CarvingDelta> receiver_;
-  SnapshotRequester requester_;
+  DeltaInput<carving_delta_t, CarvingDelta> carving_;
   Publisher<mesh_t> meshes_;
+  SnapshotResponder responder_;
   mesh_t last_{};
   Time data_time_;
+  int64_t epoch_ = 0;  // of the map that the cells belong to
   bool changed_ = false;
 };
 

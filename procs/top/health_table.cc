@@ -1,6 +1,14 @@
 #include "procs/top/health_table.h"
 
+#include <algorithm>
+
 namespace foresight {
+namespace {
+
+// Everybody reports once a second; whose newest report is older than this may have been forged.
+constexpr Duration kBelievedAfter = seconds(2);
+
+}  // namespace
 
 std::string ProcessRow::state() const {
   if (is_gone) return "GONE";
@@ -22,24 +30,40 @@ std::string ProcessRow::state() const {
   }
 }
 
+// True when another process has a place in the table, perhaps that of one that is gone.
+bool HealthTable::make_room(Time now) {
+  if (entries_.size() < kMaxNames) return true;
+  const auto oldest = std::min_element(
+      entries_.begin(), entries_.end(),
+      [](const auto& a, const auto& b) { return a.second.heard < b.second.heard; });
+  if (now - oldest->second.heard <= kGoneAfter) return false;
+  entries_.erase(oldest);
+  return true;
+}
+
 void HealthTable::add(Time now, const health_t& health) {
   const auto found = entries_.find(health.process);
   if (found == entries_.end()) {
-    entries_[health.process] = {health, now};
+    if (make_room(now)) entries_[health.process] = {health, now};
     return;
   }
   Entry& entry = found->second;
   // A process that comes back after a silence is believed even if its clock was set back.
-  if (health.utime <= entry.health.utime && now - entry.heard <= kGoneAfter) return;
+  if (health.utime <= entry.health.utime && now - entry.heard < kBelievedAfter) return;
   if (health.pid != entry.health.pid) ++entry.restarts;
   entry.health = health;
   entry.heard = now;
 }
 
-void HealthTable::add(const link_stats_t& stats) {
-  if (stats.utime < stats_utime_) return;
+void HealthTable::add(Time now, const link_stats_t& stats) {
+  const bool is_alive = stats_heard_ && now - *stats_heard_ < kBelievedAfter;
+  if (stats.utime < stats_utime_ && is_alive) return;
   stats_utime_ = stats.utime;
-  for (const link_flow_t& flow : stats.flows) flows_[{flow.to_operator != 0, flow.channel}] = flow;
+  stats_heard_ = now;
+  for (const link_flow_t& flow : stats.flows) {
+    const std::pair key{flow.to_operator != 0, flow.channel};
+    if (flows_.size() < kMaxNames || flows_.contains(key)) flows_[key] = flow;
+  }
 }
 
 ProcessRow HealthTable::row(const Entry& entry, Time now) const {

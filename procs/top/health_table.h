@@ -6,10 +6,13 @@
 //   if (table.missing({"slam", "link"}, Wanted::kOk, now).empty()) …
 //
 // The same message may arrive twice, directly and later through the link: only newer ones count.
+// LCM authenticates nobody, so whatever is heard is bounded: names beyond `kMaxNames` replace those
+// that are gone or are passed over, and a stamp that lies ahead hides a process for 2 s at most.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +22,9 @@
 #include "foresight/link_stats_t.hpp"
 
 namespace foresight {
+
+/// Rows of the table, and flows of the link.
+constexpr size_t kMaxNames = 256;
 
 /// A process that has not reported for so long is shown as GONE.
 constexpr Duration kGoneAfter = seconds(3);
@@ -39,7 +45,7 @@ enum class Wanted : uint8_t {
 class HealthTable {
  public:
   void add(Time now, const health_t& health);
-  void add(const link_stats_t& stats);
+  void add(Time now, const link_stats_t& stats);
 
   /// Ordered by name.
   std::vector<ProcessRow> rows(Time now) const;
@@ -56,10 +62,12 @@ class HealthTable {
     int restarts = 0;
   };
   ProcessRow row(const Entry& entry, Time now) const;
+  bool make_room(Time now);
 
   std::map<std::string, Entry> entries_;
   std::map<std::pair<bool, std::string>, link_flow_t> flows_;
   int64_t stats_utime_ = 0;
+  std::optional<Time> stats_heard_;
 };
 
 }  // namespace foresight

@@ -34,7 +34,7 @@ class Top {
       node_.subscribe<health_t>({.channel = "HEALTH", .domain = domain}, Queue::kAll,
                                 [this](const health_t& m) { table_.add(node_.now(), m); });
       node_.subscribe<link_stats_t>({.channel = "LINK_STATS", .domain = domain}, Queue::kAll,
-                                    [this](const link_stats_t& m) { table_.add(m); });
+                                    [this](const link_stats_t& m) { table_.add(node_.now(), m); });
     }
     if (!options_.wait.empty()) {
       node_.every(milliseconds(50), "wait", [this] { check_wait(); });

@@ -6,6 +6,8 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "common/printable_text.h"
+
 namespace foresight {
 namespace {
 
@@ -16,14 +18,6 @@ namespace {
   std::vsnprintf(buffer.data(), buffer.size(), pattern, arguments);
   va_end(arguments);
   return buffer.data();
-}
-
-// Text from the network must not move the cursor.
-std::string printable(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  return text;
 }
 
 std::string duration_text(double s) {
@@ -37,7 +31,10 @@ std::string bandwidth_text(double bytes_per_s) {
                            : format("%.2f MB/s", bytes_per_s / 1e6);
 }
 
-std::string milliseconds_text(double ms) { return ms < 0 ? "-" : format("%.1f", ms); }
+std::string milliseconds_text(double ms) { return format("%.1f", ms); }
+
+// Only inputs have an age, and only in a second in which something arrived.
+bool has_latency(const port_health_t& p) { return p.is_input != 0 && p.rate_hz > 0; }
 
 const char* colour_of(const ProcessRow& row) {
   if (row.is_gone || row.health.state == health_t::STATE_FAILED) return "\x1b[31m";
@@ -58,12 +55,14 @@ std::string process_line(const ProcessRow& row, Colour colour) {
 }
 
 std::string port_line(const std::string& process, const port_health_t& p) {
-  return format("%-14s %-3s %-18s %-8s %7.1f Hz %12s %8s %8s %8lld %8lld\n", process.c_str(),
+  return format("%-14s %-3s %-18s %-8s %7.1f Hz %12s %8s %8s %8lld %8lld %8lld\n", process.c_str(),
                 p.is_input != 0 ? "in" : "out", printable(p.channel).c_str(),
                 p.is_operator_domain != 0 ? "operator" : "robot", p.rate_hz,
-                bandwidth_text(p.bytes_per_s).c_str(), milliseconds_text(p.latency_ms).c_str(),
+                bandwidth_text(p.bytes_per_s).c_str(),
+                has_latency(p) ? milliseconds_text(p.worst_latency_ms).c_str() : "-",
                 p.is_input != 0 ? milliseconds_text(p.handler_ms).c_str() : "-",
-                static_cast<long long>(p.rejected), static_cast<long long>(p.skipped));
+                static_cast<long long>(p.rejected), static_cast<long long>(p.skipped),
+                static_cast<long long>(p.lost));
 }
 
 std::string flow_line(const link_flow_t& f) {
@@ -74,17 +73,12 @@ std::string flow_line(const link_flow_t& f) {
                 f.queued, f.delay_ms, f.delay_error_ms);
 }
 
+// Whatever a message holds, the line is JSON in UTF-8.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
-  for (char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      out += format("\\u%04x", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    } else {
-      out += c;
-    }
+  for (char c : printable(text)) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
   }
   return out + "\"";
 }
@@ -128,7 +122,8 @@ std::string port_json(const port_health_t& p) {
       .real("bytes_per_s", p.bytes_per_s)
       .integer("rejected", p.rejected)
       .integer("skipped", p.skipped)
-      .real("latency_ms", p.latency_ms)
+      .integer("lost", p.lost)
+      .raw("worst_latency_ms", has_latency(p) ? number(p.worst_latency_ms) : "null")
       .real("handler_ms", p.handler_ms)
       .str();
 }
@@ -179,7 +174,7 @@ std::string to_text(const HealthTable& table, Time now, Ports ports, Colour colo
   for (const ProcessRow& row : rows) text += process_line(row, colour);
   text +=
       "\nPROCESS        PORT                   SITE           RATE    BANDWIDTH   AGE ms  WORK ms"
-      " REJECTED  SKIPPED\n";
+      " REJECTED  SKIPPED     LOST\n";
   for (const ProcessRow& row : rows) {
     for (const port_health_t& p : row.health.ports) {
       const bool busy = p.messages > 0 || p.rejected > 0;

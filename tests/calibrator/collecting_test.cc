@@ -35,9 +35,21 @@ TEST(ArmHistory, DoesNotBridgeGapsJumpsOrOldReadings) {
   history.add(at_ms(200), hand_at(0));
   EXPECT_FALSE(history.at(at_ms(100)));
   EXPECT_EQ(history.add(at_ms(199), hand_at(0)), ArmHistory::Added::kNotNewer);
-  EXPECT_EQ(history.add(at_ms(210), hand_at(0.5)), ArmHistory::Added::kJump);
+  EXPECT_EQ(history.add(at_ms(210), hand_at(0.5)), ArmHistory::Added::kDoubted);
+  EXPECT_EQ(history.add(at_ms(220), hand_at(0.5)), ArmHistory::Added::kJump);
   EXPECT_FALSE(history.at(at_ms(205)));
+  EXPECT_TRUE(history.at(at_ms(215)));
   EXPECT_EQ(history.oldest(), at_ms(210));
+}
+
+TEST(ArmHistory, AForgedReadingAmongGenuineOnesChangesNothing) {
+  ArmHistory history({});
+  for (int i = 0; i <= 10; ++i) {
+    EXPECT_EQ(history.add(at_ms(10 * i), hand_at(0)), ArmHistory::Added::kAdded);
+    EXPECT_EQ(history.add(at_ms(10 * i + 5), hand_at(0.4 + i)), ArmHistory::Added::kDoubted);
+  }
+  EXPECT_EQ(history.oldest(), at_ms(0));
+  EXPECT_TRUE(history.at(at_ms(55)));
 }
 
 TEST(ArmHistory, GivesAWindowOnlyWhenItIsWhole) {

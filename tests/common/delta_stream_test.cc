@@ -1,10 +1,9 @@
 // A sender and receivers of a grown state, through losses, restarts and late starts.
-#include "common/delta_stream.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "common/delta_input.h"
 #include "common/simulation.h"
 
 namespace foresight {
@@ -64,14 +63,24 @@ class DeltaStream : public testing::Test {
   std::vector<Received> feed(Receiver* receiver) {
     std::vector<Received> results;
     for (const map_delta_t& m : std::exchange(sent_, {})) {
-      results.push_back(receiver->receive(m));
-      if (results.back() == Received::kSnapshot) state_ = {};
-      if (results.back() == Received::kSnapshot || results.back() == Received::kDelta) {
-        for (const MapPoint& p : receiver->take().points_set) state_.points_set.push_back(p);
-      }
+      results.push_back(receiver->receive(m, world_.now()));
+      apply(receiver);
     }
     return results;
   }
+  void apply(Receiver* receiver) {
+    for (const auto& step : receiver->take()) {
+      if (step.is_snapshot) state_ = {};
+      for (const MapPoint& p : step.delta.points_set) state_.points_set.push_back(p);
+    }
+  }
+  // What a forger makes of a message that he has seen: that of another stream, say.
+  template <class Change>
+  static map_delta_t forged(map_delta_t message, const Change& change) {
+    change(&message);
+    return message;
+  }
+  void wait(Duration d) { world_.run_until(world_.now() + d); }
   Simulation world_{Time{1'000'000}};
   Sender* sender_ = nullptr;
   std::vector<map_delta_t> sent_;
@@ -122,13 +131,26 @@ TEST_F(DeltaStream, DuplicatesAndSnapshotsForOthersAreIgnored) {
   EXPECT_EQ(ids(state_), ids(sender_->state()));
 }
 
-TEST_F(DeltaStream, ANewEpochBeginsAnew) {
+TEST_F(DeltaStream, ANewEpochIsTakenHalfASecondAfterTheOldOneDidNotAnswer) {
   Receiver receiver;
   sender_->send(7);
+  feed(&receiver);
+  wait(seconds(2));
   sender_->send(8);
   sender_->send(8);
-  EXPECT_EQ(feed(&receiver), (std::vector{kSnapshot, kSnapshot, kDelta}));
+  EXPECT_EQ(feed(&receiver), (std::vector{kHeld, kHeld}));
+  EXPECT_TRUE(receiver.wants_snapshot());
+  EXPECT_EQ(receiver.deadline(), world_.now() + milliseconds(500));
+  wait(milliseconds(499));
+  receiver.settle(world_.now());
+  EXPECT_EQ(receiver.epoch(), 7);
+  wait(milliseconds(1));
+  receiver.settle(world_.now());
+  apply(&receiver);
   EXPECT_EQ(receiver.epoch(), 8);
+  EXPECT_FALSE(receiver.wants_snapshot());
+  sender_->send(8);
+  EXPECT_EQ(feed(&receiver), (std::vector{kDelta}));
   EXPECT_EQ(ids(state_), ids(sender_->state()));
 }
 
@@ -139,6 +161,13 @@ TEST_F(DeltaStream, AReceiverThatMissedTheNewEpochNotices) {
   sender_->send(8);
   sent_.erase(sent_.begin() + 1);
   EXPECT_EQ(feed(&receiver), (std::vector{kSnapshot, kGap}));
+  EXPECT_TRUE(receiver.wants_snapshot());
+  sender_->send_snapshot();
+  EXPECT_EQ(feed(&receiver), (std::vector{kHeld}));
+  wait(seconds(1.5));
+  receiver.settle(world_.now());
+  apply(&receiver);
+  EXPECT_EQ(ids(state_), ids(sender_->state()));
 }
 
 TEST_F(DeltaStream, ARestartedSenderIsANewStreamEvenInTheSameEpoch) {
@@ -147,12 +176,124 @@ TEST_F(DeltaStream, ARestartedSenderIsANewStreamEvenInTheSameEpoch) {
   sender_->send(7);
   feed(&receiver);
   world_.remove("sender");
-  world_.run_until(Time{2'000'000});
+  wait(seconds(1));
   add_sender();
   sender_->send(7);
+  EXPECT_EQ(feed(&receiver), (std::vector{kHeld}));
+  wait(seconds(1));
   sender_->send(7);
-  EXPECT_EQ(feed(&receiver), (std::vector{kSnapshot, kDelta}));
+  EXPECT_EQ(feed(&receiver), (std::vector{kDelta}));
   EXPECT_EQ(ids(state_), ids(sender_->state()));
+}
+
+// One message with an absurd epoch ended the stream for good: every later one was "older".
+TEST_F(DeltaStream, AForgedEpochChangesNothingWhileTheStreamKeepsComing) {
+  Receiver receiver;
+  sender_->send(7);
+  sender_->send(7);
+  const map_delta_t first = sent_[0], second = sent_[1];
+  feed(&receiver);
+  for (int i = 0; i < 300; ++i) {
+    // A whole forged stream, of a new name each time or always of the same, and a lone delta.
+    const int64_t epoch = i % 2 == 0 ? 9'000'000'000'000 + i : 5;
+    const auto rename = [&](map_delta_t* m) { m->header.epoch = epoch; };
+    sent_ = {forged(first, rename), forged(second, rename)};
+    if (i % 3 == 0) sent_.erase(sent_.begin());
+    feed(&receiver);
+    EXPECT_TRUE(receiver.wants_snapshot());
+    wait(milliseconds(100));
+    receiver.settle(world_.now());
+    apply(&receiver);
+    // Its sender answers once a second, and has something new now and then.
+    if (i % 10 == 0) sender_->send_snapshot();
+    if (i % 7 == 0) sender_->send(7);
+    feed(&receiver);
+    ASSERT_EQ(receiver.epoch(), 7) << i;
+    ASSERT_EQ(ids(state_), ids(sender_->state())) << i;
+  }
+}
+
+TEST_F(DeltaStream, AForgedStreamThatTookOverLosesToTheOneThatKeepsComing) {
+  Receiver receiver;
+  sender_->send(7);
+  const map_delta_t first = sent_[0];
+  feed(&receiver);
+  wait(seconds(2));
+  sent_ = {forged(first, [](map_delta_t* m) { m->header.epoch = 9'000'000'000'000; })};
+  feed(&receiver);
+  wait(seconds(1));  // and nobody answers
+  receiver.settle(world_.now());
+  apply(&receiver);
+  ASSERT_EQ(receiver.epoch(), 9'000'000'000'000);
+  sender_->send(7);
+  feed(&receiver);
+  EXPECT_TRUE(receiver.wants_snapshot());
+  sender_->send_snapshot();
+  feed(&receiver);
+  wait(seconds(1.5));
+  receiver.settle(world_.now());
+  apply(&receiver);
+  EXPECT_EQ(receiver.epoch(), 7);
+  EXPECT_EQ(ids(state_), ids(sender_->state()));
+}
+
+// Numbers of the present stream itself: far ahead (in a delta, in a snapshot), far behind, or the
+// next one with other contents.
+TEST_F(DeltaStream, AForgedNumberIsRepairedByTheNextSnapshot) {
+  const auto number = [](int32_t seq, int8_t is_snapshot) {
+    return [=](map_delta_t* m) {
+      m->header.seq = seq;
+      m->header.is_snapshot = is_snapshot;
+      m->point_ids[0] = 4711;
+    };
+  };
+  for (const int32_t seq : {0, 1, 2, 3, 4, 1000, INT32_MAX}) {
+    for (const int8_t is_snapshot : {0, 1}) {
+      Receiver receiver;
+      sender_->send(100 + seq % 50 + is_snapshot);  // an epoch of its own
+      sender_->send(100 + seq % 50 + is_snapshot);
+      sender_->send(100 + seq % 50 + is_snapshot);
+      const map_delta_t second = sent_[1];
+      feed(&receiver);
+      sent_ = {forged(second, number(seq, is_snapshot))};
+      feed(&receiver);
+      for (int i = 0; i < 4; ++i) {
+        wait(milliseconds(500));
+        receiver.settle(world_.now());
+        apply(&receiver);
+        if (i == 1) sender_->send(100 + seq % 50 + is_snapshot);
+        feed(&receiver);
+        if (receiver.wants_snapshot()) sender_->send_snapshot();
+        feed(&receiver);
+      }
+      EXPECT_EQ(ids(state_), ids(sender_->state())) << seq << " " << int{is_snapshot};
+      EXPECT_FALSE(receiver.wants_snapshot()) << seq << " " << int{is_snapshot};
+    }
+  }
+}
+
+TEST_F(DeltaStream, ARefusedDeltaMayStillComeRight) {
+  Receiver receiver;
+  sender_->send(7);
+  feed(&receiver);
+  sender_->send(7);
+  const map_delta_t genuine = sent_[0];
+  EXPECT_EQ(
+      receiver.receive(forged(genuine, [](map_delta_t* m) { m->point_ids[0] = 99; }), world_.now()),
+      kDelta);
+  receiver.refuse(receiver.take().at(0));
+  EXPECT_TRUE(receiver.wants_snapshot());
+  EXPECT_EQ(feed(&receiver), (std::vector{kDelta}));
+  EXPECT_FALSE(receiver.wants_snapshot());
+  EXPECT_EQ(ids(state_), ids(sender_->state()));
+}
+
+TEST_F(DeltaStream, PartsWithoutEndFillNoMemory) {
+  Receiver receiver;
+  sender_->send(7);
+  map_delta_t endless = sent_[0];
+  endless.header.part_count = INT32_MAX;
+  EXPECT_EQ(receiver.receive(endless, world_.now()), kBad);
 }
 
 TEST_F(DeltaStream, ARestartOfTheStreamIsASnapshot) {
@@ -160,7 +301,7 @@ TEST_F(DeltaStream, ARestartOfTheStreamIsASnapshot) {
   sender_->send(7);
   sender_->restart(Time{0});
   sender_->send(7);
-  EXPECT_EQ(feed(&receiver), (std::vector{kSnapshot, kSnapshot}));
+  EXPECT_EQ(feed(&receiver), (std::vector{kSnapshot, kHeld}));
 }
 
 TEST_F(DeltaStream, LargeDeltasComeInParts) {
@@ -174,7 +315,7 @@ TEST_F(DeltaStream, LargeDeltasComeInParts) {
 
 TEST_F(DeltaStream, AMissingPartIsAGap) {
   for (size_t lost = 0; lost < 3; ++lost) {
-    Receiver receiver;
+    Receiver receiver;  // knows no stream
     sent_.clear();
     state_ = {};
     sender_->send(8 + static_cast<int64_t>(lost), 60'000);
@@ -196,11 +337,11 @@ TEST_F(DeltaStream, ABadPartIsRefused) {
     map_delta_t bad = sent_.front();
     bad.header.part = part;
     bad.header.part_count = count;
-    EXPECT_EQ(receiver.receive(bad), kBad);
+    EXPECT_EQ(receiver.receive(bad, world_.now()), kBad);
   }
   map_delta_t bad = sent_.front();
   bad.point_ids[0] = -3;
-  EXPECT_EQ(receiver.receive(bad), kBad);
+  EXPECT_EQ(receiver.receive(bad, world_.now()), kBad);
   EXPECT_EQ(feed(&receiver), (std::vector{kSnapshot}));
 }
 
@@ -216,6 +357,9 @@ TEST_F(DeltaStream, EndsUpRightAfterRandomLosses) {
     if (random() % 10 == 0) sender_->send_snapshot();
     std::erase_if(sent_, [&](const auto&) { return random() % 12 == 0; });
     const auto results = feed(&receiver);
+    wait(milliseconds(100));
+    receiver.settle(world_.now());
+    apply(&receiver);
     const bool complete = !results.empty() && receiver.is_synchronised() &&
                           (results.back() == kDelta || results.back() == kSnapshot);
     if (complete) {
@@ -230,6 +374,9 @@ TEST_F(DeltaStream, EndsUpRightAfterRandomLosses) {
   sent_.clear();
   sender_->send_snapshot();
   feed(&receiver);
+  wait(seconds(1.5));
+  receiver.settle(world_.now());
+  apply(&receiver);
   EXPECT_EQ(ids(state_), ids(sender_->state()));
 }
 
@@ -257,6 +404,30 @@ TEST(SnapshotRequester, AsksEverySecondUntilSatisfied) {
   EXPECT_EQ(requests, 4) << "at once, but once";
   world.run_until(Time{7'500'000});
   EXPECT_EQ(requests, 5);
+}
+
+class Responder : public Process {
+ public:
+  explicit Responder(Node& node) : responder(node, "MAP_DELTA", "", [this] { ++answers; }) {}
+  int answers = 0;
+  SnapshotResponder responder;
+};
+
+TEST(SnapshotResponder, AFloodOfRequestsIsAnsweredOnceASecond) {
+  Simulation world(Time{0});
+  auto& responder = static_cast<Responder&>(
+      world.add("responder", {}, [](Node& node) { return std::make_unique<Responder>(node); }));
+  snapshot_request_t request{};
+  request.channel = "MAP_DELTA";
+  for (int i = 0; i < 4000; ++i) {
+    world.inject(Time{1000 * i}, Domain::kRobot, "SNAPSHOT_REQUEST", encode(request));
+  }
+  world.run_until(Time{0});
+  EXPECT_EQ(responder.answers, 1) << "at once";
+  world.run_until(Time{3'999'999});
+  EXPECT_EQ(responder.answers, 4);
+  world.run_until(Time{10'000'000});
+  EXPECT_EQ(responder.answers, 5) << "who asked last is served too";
 }
 
 }  // namespace

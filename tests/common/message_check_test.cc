@@ -254,6 +254,34 @@ TEST(MessageCheck, SurvivesDatagramsWithoutAFingerprint) {
   });
 }
 
+TEST(MessageCheck, RefusesInstantsThatNoClockShows) {
+  delta_header_t header{};
+  header.epoch = INT64_C(9'000'000'000'000'000'000);
+  map_delta_t delta{};
+  delta.header = header;
+  Bytes bytes(static_cast<size_t>(delta.getEncodedSize()));
+  delta.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  EXPECT_EQ(check<map_delta_t>(bytes),
+            "map_delta_t.epoch: no instant of this age: 9000000000000000000");
+  delta.header.epoch = kMaxInstant_us - 1;
+  delta.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  EXPECT_EQ(check<map_delta_t>(bytes), "");
+}
+
+TEST(MessageCheck, BoundsEveryKindOfMessage) {
+  mesh_t mesh{};
+  mesh.n_vertices = 10'000'000;  // well-formed
+  mesh.vertex_ids.resize(10'000'000);
+  mesh.vertex_confidences.resize(10'000'000);
+  Bytes bytes(static_cast<size_t>(mesh.getEncodedSize()));
+  mesh.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  EXPECT_NE(check<mesh_t>(bytes).find("its kind has at most 32000000"), std::string::npos);
+  for (const MessageSchema* schema : all_schemas()) {
+    EXPECT_GE(max_message_bytes(*schema), 64'000u) << schema->name;
+    EXPECT_LE(max_message_bytes(*schema), 64'000'000u) << schema->name;
+  }
+}
+
 TEST(MessageCheck, NamesTheFieldAndTheReason) {
   MessageWriter writer(1);
   const Bytes bytes = writer.write(schema_of<image_t>(), image_t::getHash());

@@ -58,11 +58,138 @@ TEST_F(NodeTest, HandsOnValidMessagesAndCountsThem) {
   EXPECT_EQ(listener_->received.size(), 5u);
   EXPECT_EQ(port("IMAGE").messages, 5);
   EXPECT_NEAR(port("IMAGE").rate_hz, 5, 0.01);
-  EXPECT_NEAR(port("IMAGE").latency_ms, 20, 1e-3);
+  EXPECT_NEAR(port("IMAGE").worst_latency_ms, 20, 1e-3);
   EXPECT_GT(port("IMAGE").bytes_per_s, 100);
   run_for(seconds(1));
   EXPECT_EQ(port("IMAGE").rate_hz, 0);
-  EXPECT_EQ(port("IMAGE").latency_ms, -1);
+  EXPECT_EQ(port("IMAGE").worst_latency_ms, 0) << "of no meaning: rate_hz is 0";
+}
+
+// A negative one was published as -1, which meant that nothing had arrived.
+TEST_F(NodeTest, PublishesANegativeLatencyAsItIs) {
+  for (int i = 0; i < 5; ++i) {
+    send(encode(make_image(world_.now().us + 2'726'000)));
+    run_for(milliseconds(100));
+  }
+  run_for(milliseconds(500));
+  EXPECT_EQ(listener_->received.size(), 5u) << "a sender whose clock is ahead is heard";
+  EXPECT_NEAR(port("IMAGE").worst_latency_ms, -2726, 1e-3);
+  EXPECT_GT(port("IMAGE").rate_hz, 0);
+}
+
+TEST_F(NodeTest, RefusesAStampInTheFutureThatInterruptsAStream) {
+  int64_t sent = 0;
+  for (int i = 0; i < 90; ++i) {
+    send(encode(make_image(world_.now().us)));
+    ++sent;
+    if (i % 3 == 1) send(encode(make_image(world_.now().us + 1'000'000 * int64_t{i * i})));
+    run_for(milliseconds(33));
+  }
+  // Of the forged ones only that of one second (i = 1) is no more than clocks may differ.
+  EXPECT_EQ(static_cast<int64_t>(listener_->received.size()), sent + 1);
+  run_for(seconds(1));
+  EXPECT_EQ(port("IMAGE").rejected, 29);
+}
+
+TEST_F(NodeTest, AStreamThatIsStampedInTheFutureIsTakenOnceNothingElseComes) {
+  send(encode(make_image(world_.now().us)));
+  const auto forged = [&] { return encode(make_image(world_.now().us + 40'000'000)); };
+  send(forged());
+  run_for(milliseconds(900));
+  send(forged());
+  EXPECT_EQ(listener_->received.size(), 1u);
+  run_for(milliseconds(200));
+  for (int i = 0; i < 5; ++i) {
+    send(forged());
+    run_for(milliseconds(100));
+  }
+  EXPECT_EQ(listener_->received.size(), 6u);
+  send(encode(make_image(world_.now().us)));
+  send(forged());
+  run_for(milliseconds(1));
+  EXPECT_EQ(listener_->received.size(), 7u) << "the present takes over at once";
+}
+
+TEST_F(NodeTest, RefusesInstantsOfNoAge) {
+  for (const int64_t utime : {INT64_MAX, INT64_MIN, INT64_C(9'000'000'000'000'000'000)}) {
+    send(encode(make_image(utime)));
+  }
+  run_for(seconds(1));
+  EXPECT_TRUE(listener_->received.empty());
+  EXPECT_EQ(port("IMAGE").rejected, 3);
+}
+
+TEST_F(NodeTest, APortOnWhichMostIsRejectedDegradesTheProcess) {
+  listener_->node.set_state(ProcessState::kOk, "");
+  const auto run_second = [&](int good, int bad) {
+    for (int i = 0; i < good; ++i) send(encode(make_image(world_.now().us)));
+    for (int i = 0; i < bad; ++i) send({1, 2, 3});
+    run_for(seconds(1));
+  };
+  run_second(30, 30);
+  EXPECT_EQ(health_.state, +health_t::STATE_OK) << "a stranger's share is counted, no more";
+  run_second(0, 30);
+  EXPECT_EQ(health_.state, +health_t::STATE_DEGRADED);
+  EXPECT_EQ(health_.reason, "IMAGE: 60 of 90 rejected: is not a image_t");
+  EXPECT_EQ(port("IMAGE").rejected, 60);
+  run_second(30, 0);
+  run_second(30, 0);
+  EXPECT_EQ(health_.state, +health_t::STATE_OK);
+  EXPECT_EQ(health_.reason, "");
+}
+
+TEST_F(NodeTest, CountsFramesThatNeverArrived) {
+  image_t image{};
+  for (const int32_t number : {0, 1, 2, 5, 6, 8, 7, 9, 9, 1'000'000'000, 20, 21, 0, 1}) {
+    image.frame_number = number;
+    image.utime = world_.now().us;
+    send(encode(image));
+    run_for(milliseconds(1));
+  }
+  run_for(seconds(1));
+  EXPECT_EQ(port("IMAGE").lost, 2) << "3 and 4; 7 came late, and nobody loses a billion";
+}
+
+TEST_F(NodeTest, HealthIsUtf8OfOneLine) {
+  listener_->node.set_state(ProcessState::kDegraded,
+                            "Stra\xdf"
+                            "e\n\x1b[2J \u00e4 \xf0\x9f");
+  listener_->node.set_metric("m\xff", 1);
+  run_for(seconds(1));
+  EXPECT_EQ(health_.reason, "Stra\ufffde  [2J \u00e4 \ufffd\ufffd");
+  EXPECT_EQ(health_.metric_names[0], "m\ufffd");
+  listener_->node.set_state(ProcessState::kOk, std::string(100'000, 'x'));
+  run_for(seconds(1));
+  EXPECT_LE(health_.reason.size(), 1000u);
+}
+
+// Subscribes one channel in both domains, as the renderer does.
+class BothSides : public Process {
+ public:
+  explicit BothSides(Node& node) {
+    for (const Domain domain : {Domain::kOperator, Domain::kRobot}) {
+      node.subscribe<image_t>(
+          {.channel = "VIEW", .domain = domain}, Queue::kAll,
+          [&node](const image_t&) { node.reject_message("VIEW", "is damaged"); });
+    }
+  }
+};
+
+TEST(Node, CountsARejectionOnThePortOfItsDomain) {
+  Simulation world(Time{1'000'000});
+  world.add("both", {}, [](Node& n) { return std::make_unique<BothSides>(n); });
+  image_t image{};
+  image.utime = world.now().us;
+  world.inject(world.now(), Domain::kRobot, "VIEW", encode(image));
+  world.run_until(world.now());
+  const auto rejected = [&](Domain domain) {
+    for (const PortRecord& port : world.node("both").ports()) {
+      if (port.is_input && port.spec.domain == domain) return port.rejected;
+    }
+    return int64_t{-1};
+  };
+  EXPECT_EQ(rejected(Domain::kRobot), 1);
+  EXPECT_EQ(rejected(Domain::kOperator), 0);
 }
 
 TEST_F(NodeTest, RejectsTruncatedOversizedAndForeignMessagesAndGoesOn) {

@@ -27,7 +27,7 @@ NOT_IN_A_CORE = {
 # Cores whose very subject is messages.
 ABOUT_MESSAGES = {"procs/camera/frame_converter.h", "procs/top/health_table.h"}
 CORE_OF_COMMON = ["arm_model", "camera_model", "carving_delta", "frames", "image", "joint_reference",
-                  "map_delta", "mesh", "pose_track", "time", "trapezoid"]
+                  "map_delta", "mesh", "pose_track", "snapshot_gate", "time", "trapezoid"]
 
 
 def sources(folder):

@@ -96,12 +96,47 @@ TEST(HealthTable, KeepsTheNewestLinkStatistics) {
   flow.forwarded = 7;
   stats.flows = {flow};
   stats.n_flows = 1;
-  table.add(stats);
+  table.add(kStart, stats);
   stats.utime = 9;
   stats.flows[0].forwarded = 6;
-  table.add(stats);
+  table.add(kStart, stats);
   ASSERT_EQ(table.flows().size(), 1u);
   EXPECT_EQ(table.flows()[0].forwarded, 7);
+}
+
+TEST(HealthTable, AForgedReportFromTheFutureHidesAProcessForTwoSecondsAtMost) {
+  HealthTable table;
+  table.add(kStart, make_health("slam", kStart));
+  table.add(kStart, make_health("slam", kStart + seconds(1e6), health_t::STATE_FAILED));
+  for (double t = 1; t <= 2; ++t) {
+    table.add(kStart + seconds(t), make_health("slam", kStart + seconds(t)));
+  }
+  EXPECT_EQ(table.rows(kStart + seconds(2))[0].state(), "OK");
+  link_stats_t stats{};
+  stats.utime = (kStart + seconds(1e6)).us;
+  table.add(kStart, stats);
+  stats.utime = (kStart + seconds(2)).us;
+  stats.flows.resize(1);
+  table.add(kStart + seconds(2), stats);
+  EXPECT_EQ(table.flows().size(), 1u);
+}
+
+TEST(HealthTable, ForgedNamesDoNotFillTheMemoryAndDoNotShutOutTheRealOnes) {
+  HealthTable table;
+  table.add(kStart, make_health("slam", kStart));
+  link_stats_t stats{};
+  stats.flows.resize(1);
+  for (int i = 0; i < 10'000; ++i) {
+    table.add(kStart, make_health("forged " + std::to_string(i), kStart));
+    stats.flows[0].channel = "FORGED " + std::to_string(i);
+    table.add(kStart, stats);
+  }
+  EXPECT_EQ(table.rows(kStart).size(), kMaxNames);
+  EXPECT_EQ(table.flows().size(), kMaxNames);
+  const Time later = kStart + seconds(4);
+  table.add(later, make_health("slam", later));
+  table.add(later, make_health("camera", later));
+  EXPECT_TRUE(table.missing({"slam", "camera"}, Wanted::kOk, later).empty());
 }
 
 }  // namespace

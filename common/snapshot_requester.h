@@ -1,0 +1,45 @@
+// Whoever needs a whole state that another process sends on request.
+#pragma once
+
+#include <string>
+
+#include "common/node.h"
+#include "foresight/snapshot_request_t.hpp"
+
+namespace foresight {
+
+/// Asks for a snapshot of `channel`, at once and then every second until satisfied.
+class SnapshotRequester {
+ public:
+  SnapshotRequester(Node& node, const std::string& channel, Domain domain)
+      : node_(node),
+        channel_(channel),
+        publisher_(node.advertise<snapshot_request_t>(
+            {.channel = "SNAPSHOT_REQUEST",
+             .domain = domain,
+             .doc = "asks for the whole state after a gap or a late start"})) {
+    node.every(seconds(1), "request " + channel, [this] {
+      if (wanted_) publish();
+    });
+  }
+  void want() {
+    if (!wanted_) publish();
+    wanted_ = true;
+  }
+  void satisfied() { wanted_ = false; }
+
+ private:
+  void publish() {
+    snapshot_request_t request{};
+    request.utime = node_.now().us;
+    request.channel = channel_;
+    request.requester = node_.name();
+    publisher_.publish(request);
+  }
+  Node& node_;
+  std::string channel_;
+  Publisher<snapshot_request_t> publisher_;
+  bool wanted_ = true;  // every receiver starts late
+};
+
+}  // namespace foresight

@@ -1,0 +1,56 @@
+#include "common/snapshot_gate.h"
+
+#include <gtest/gtest.h>
+
+namespace foresight {
+namespace {
+
+// How many answers so many requests get.
+int answers(int requests, Duration between) {
+  SnapshotGate gate;
+  int count = 0;
+  std::optional<Time> due;
+  const auto answer_if_due = [&](Time now) {
+    if (!due || *due > now) return;
+    gate.answered(now);
+    due.reset();
+    ++count;
+  };
+  for (int i = 0; i < requests; ++i) {
+    const Time now = Time{1'000} + between * i;
+    answer_if_due(now);
+    if (const auto asked = gate.request(now)) due = asked;
+    answer_if_due(now);
+  }
+  return count;
+}
+
+TEST(SnapshotGate, AnswersTheFirstRequestAtOnce) {
+  SnapshotGate gate;
+  EXPECT_EQ(gate.request({5}), Time{5});
+}
+
+TEST(SnapshotGate, OneAnswerASecondServesEverybody) {
+  EXPECT_EQ(answers(4000, microseconds(1)), 1);
+  EXPECT_EQ(answers(4001, milliseconds(1)), 5);
+}
+
+TEST(SnapshotGate, WhoAsksTooSoonIsServedLater) {
+  SnapshotGate gate;
+  ASSERT_TRUE(gate.request({0}));
+  gate.answered({0});
+  EXPECT_EQ(gate.request({400'000}), Time{1'000'000});
+  EXPECT_FALSE(gate.request({600'000})) << "the same answer serves this one";
+  gate.answered({1'000'000});
+  EXPECT_EQ(gate.request({5'000'000}), Time{5'000'000});
+}
+
+TEST(SnapshotGate, AClockThatIsSetBackSilencesNobody) {
+  SnapshotGate gate;
+  ASSERT_TRUE(gate.request(Time{} + seconds(3600)));
+  gate.answered(Time{} + seconds(3600));
+  EXPECT_EQ(gate.request({7}), Time{7});
+}
+
+}  // namespace
+}  // namespace foresight

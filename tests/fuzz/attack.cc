@@ -1,0 +1,131 @@
+#include "tests/fuzz/attack.h"
+
+#include <malloc.h>
+
+#include <cstdio>
+
+#include "common/errors.h"
+
+namespace foresight::fuzz {
+namespace {
+
+constexpr double kBurst_s = 0.01, kRecovery_s = 2, kJudged_s = 1.5;
+constexpr size_t kSamples = 6;  // of each channel, old ones and new ones
+// The genuine traffic of the time needs some itself.
+constexpr double kMaxGrowth_mb = 40;
+
+bool is_order(const std::string& channel) {
+  return channel == "PENDANT" || channel == "SLAM_COMMAND";
+}
+
+double heap_mb() { return static_cast<double>(mallinfo2().uordblks) * 1e-6; }
+
+const MessageSchema* schema_of(std::span<const uint8_t> bytes) {
+  uint64_t fingerprint = 0;
+  for (size_t i = 0; i < 8; ++i) fingerprint = fingerprint << 8 | bytes[i];
+  for (const MessageSchema* schema : all_schemas()) {
+    if (schema->fingerprint() == static_cast<int64_t>(fingerprint)) return schema;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+Attack::Attack(Arena& arena, const AttackOptions& options)
+    : arena_(arena), options_(options), mutator_(options.seed), random_(options.seed) {
+  // The tap sees what processes say, and not what is thrown at them.
+  arena.world().set_tap([this](Time, Domain domain, const std::string& channel, auto bytes) {
+    remember(domain, channel, bytes);
+    arena_.on_message(domain, channel, bytes);
+  });
+}
+
+Attack::~Attack() { arena_.world().set_tap({}); }
+
+void Attack::remember(Domain domain, const std::string& channel, std::span<const uint8_t> bytes) {
+  Seen& seen = seen_[{domain, channel}];
+  if (seen.oldest.size() < kSamples) seen.oldest.emplace_back(bytes.begin(), bytes.end());
+  seen.newest.emplace_back(bytes.begin(), bytes.end());
+  if (seen.newest.size() > kSamples) seen.newest.pop_front();
+  if (channel != "HEALTH") return;
+  health_t health{};
+  health.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  health_[health.process] = health;
+}
+
+// All inputs, from what the processes declare. What link passes on unread has the type of what is
+// sent there.
+void Attack::choose_targets() {
+  for (const std::string& name : arena_.processes()) {
+    if (options_.process != "all" && options_.process != name) continue;
+    for (const PortRecord& port : arena_.world().node(name).ports()) {
+      const PortSpec& spec = port.spec;
+      if (!port.is_input || (is_order(spec.channel) && !options_.orders)) continue;
+      if (!options_.channel.empty() && options_.channel != spec.channel) continue;
+      const MessageSchema* schema = find_schema(port.type);
+      const Seen& seen = seen_[{spec.domain, spec.channel}];
+      if (schema == nullptr && !seen.newest.empty()) schema = schema_of(seen.newest.front());
+      if (schema != nullptr) targets_.push_back({spec.domain, spec.channel, schema});
+    }
+  }
+  if (targets_.empty()) throw UsageError("no such process, or it has no such input");
+}
+
+const std::vector<uint8_t>& Attack::sample(const Target& target) {
+  Seen& seen = seen_[{target.domain, target.channel}];
+  if (seen.newest.empty()) {
+    seen.newest.push_back(mutator_.invent(*target.schema, arena_.world().now()));
+    seen.oldest = seen.newest;
+  }
+  const auto& samples = random_() % 4 == 0 ? seen.oldest : seen.newest;
+  return samples[random_() % samples.size()];
+}
+
+void Attack::throw_one(Progress* progress) {
+  const Target& target = targets_[random_() % targets_.size()];
+  Simulation& world = arena_.world();
+  Mutant mutant = mutator_.mutate(*target.schema, sample(target), world.now());
+  std::snprintf(progress->last, sizeof progress->last, "%s, %s: %s", to_string(target.domain),
+                target.channel.c_str(), mutant.what.c_str());
+  ++progress->thrown;
+  progress->refused_at_the_border += mutant.must_be_refused ? 1 : 0;
+  const std::string only_for = options_.process == "all" ? "" : options_.process;
+  world.inject(world.now(), target.domain, target.channel, std::move(mutant.bytes), only_for);
+}
+
+void Attack::throw_all(Progress* progress) {
+  const auto bursts = static_cast<int64_t>(options_.duration_s / kBurst_s);
+  for (int64_t i = 0; i < bursts; ++i) {
+    while (progress->thrown < options_.mutants * (i + 1) / bursts) throw_one(progress);
+    arena_.run_for(kBurst_s);
+  }
+}
+
+// Everybody was OK before, and must be again.
+std::string Attack::judge() {
+  arena_.begin_judging();
+  arena_.run_for(kJudged_s);
+  std::string text = arena_.find_fault();
+  for (const auto& [name, health] : health_) {
+    if (health.state == health_t::STATE_OK) continue;
+    text += (text.empty() ? "" : "; ") + name + " is in state " + std::to_string(health.state) +
+            ": " + health.reason;
+  }
+  return text;
+}
+
+std::string Attack::run(Progress* progress) {
+  arena_.run_for(arena_.warm_up_s());
+  if (const std::string fault = judge(); !fault.empty()) return "before the attack: " + fault;
+  choose_targets();
+  const double before_mb = heap_mb();
+  throw_all(progress);
+  arena_.run_for(kRecovery_s);
+  const std::string fault = judge();
+  const double growth_mb = heap_mb() - before_mb;
+  if (growth_mb > kMaxGrowth_mb) return "the heap grew by " + std::to_string(growth_mb) + " MB";
+  if (fault.empty() || options_.orders) return {};
+  return "two seconds after the last: " + fault;
+}
+
+}  // namespace foresight::fuzz

@@ -1,0 +1,72 @@
+#include "tests/fuzz/closed_loop_arena.h"
+
+#include <algorithm>
+
+#include "foresight/alignment_t.hpp"
+#include "foresight/display_stats_t.hpp"
+#include "foresight/truth_t.hpp"
+
+namespace foresight::fuzz {
+namespace {
+
+constexpr double kMaxError_m = 0.03;  // of the predicted camera; undisturbed it is some millimetres
+constexpr size_t kMinPictures = 10;
+constexpr size_t kTruthKept = 5000;
+
+// The base stands still, so the calibrator's world is the simulation's.
+ClosedLoopOptions loop_options() {
+  return {.seconds = 1e6,
+          .delay_s = 0.2,
+          .settings = {"sim.camera_width_px=320", "sim.camera_rate_hz=10", "renderer.used_views=2",
+                       "renderer.idle_rate_hz=10", "sim.base_motion=still"}};
+}
+
+template <class Message>
+Message decode(std::span<const uint8_t> bytes) {
+  Message message;
+  message.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return message;
+}
+
+}  // namespace
+
+ClosedLoopArena::ClosedLoopArena() : loop_(loop_options()) {}
+
+void ClosedLoopArena::run_for(double seconds_long) {
+  const Time end = world().now() + seconds(seconds_long);
+  while (world().now() < end) loop_.step();
+}
+
+void ClosedLoopArena::on_message(Domain domain, const std::string& channel,
+                                 std::span<const uint8_t> bytes) {
+  if (channel == "ALIGNMENT" && domain == Domain::kRobot) {
+    is_aligned_ = decode<alignment_t>(bytes).state == alignment_t::STATE_ALIGNED;
+  } else if (channel == "TRUTH_STATE") {
+    const auto truth = decode<truth_t>(bytes);
+    truth_[{truth.utime}] = Eigen::Vector3d(truth.world_from_cam_position_m);
+    if (truth_.size() > kTruthKept) truth_.erase(truth_.begin());
+  } else if (channel == "DISPLAY_STATS") {
+    const auto stats = decode<display_stats_t>(bytes);
+    if (stats.epoch == 0) return;
+    pictures_.push_back(
+        {{stats.utime}, Eigen::Vector3d(stats.predicted_world_from_cam_position_m)});
+  }
+}
+
+std::string ClosedLoopArena::find_fault() {
+  if (!is_aligned_) return "not aligned";
+  std::vector<double> errors_m;
+  for (const Picture& p : pictures_) {
+    const auto truth = truth_.lower_bound(p.instant);
+    if (truth != truth_.end()) errors_m.push_back((truth->second - p.camera_in_world).norm());
+  }
+  if (errors_m.size() < kMinPictures) {
+    return "only " + std::to_string(errors_m.size()) + " predictions";
+  }
+  const auto middle = errors_m.begin() + static_cast<std::ptrdiff_t>(errors_m.size() / 2);
+  std::nth_element(errors_m.begin(), middle, errors_m.end());
+  if (*middle <= kMaxError_m) return {};
+  return "the predicted camera is " + std::to_string(1e3 * *middle) + " mm off";
+}
+
+}  // namespace foresight::fuzz

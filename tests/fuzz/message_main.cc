@@ -1,0 +1,170 @@
+// message-fuzz: absurd messages into the running system, round after round, each a system of its
+// own with one process under fire. A round runs in a child process, so that a crash or a hang is
+// reported like any fault, with the command that shows it again.
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <string>
+
+#include "common/errors.h"
+#include "tests/fuzz/closed_loop_arena.h"
+#include "tests/fuzz/robot_line.h"
+
+namespace {
+
+using foresight::ClosedLoop;
+using foresight::fuzz::Arena;
+using foresight::fuzz::Attack;
+using foresight::fuzz::AttackOptions;
+using foresight::fuzz::ClosedLoopArena;
+using foresight::fuzz::Progress;
+using foresight::fuzz::RobotLine;
+
+constexpr unsigned kRoundLimit_s =
+    3600;  // a round takes a minute; sanitized, on a busy machine: many
+constexpr size_t kMaxFault = 1000;
+
+struct Arguments {
+  AttackOptions attack;
+  std::string arena = "loop";
+  std::vector<std::string> processes;  // in turn
+  double seconds = 60;
+  int64_t rounds = 0;  // 0: until the time is over
+};
+
+struct Shared {
+  Progress progress;
+  char fault[kMaxFault];
+};
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::unique_ptr<Arena> make_arena(const std::string& name) {
+  if (name == "line") return std::make_unique<RobotLine>();
+  return std::make_unique<ClosedLoopArena>();
+}
+
+void run_round(const std::string& arena_name, const AttackOptions& options, Shared* shared) {
+  alarm(kRoundLimit_s);
+  std::string fault;
+  try {
+    const std::unique_ptr<Arena> arena = make_arena(arena_name);
+    fault = Attack(*arena, options).run(&shared->progress);
+  } catch (const foresight::StartupError& e) {
+    fault = e.what();
+  } catch (const std::exception& e) {
+    fault = std::string("exception: ") + e.what();
+  }
+  std::snprintf(shared->fault, sizeof shared->fault, "%s", fault.c_str());
+}
+
+// The fault of one round, or "".
+std::string run_in_child(const std::string& arena_name, const AttackOptions& options,
+                         Shared* shared) {
+  *shared = {};
+  std::fflush(stdout);
+  const pid_t child = fork();
+  if (child < 0) return "fork failed";
+  if (child == 0) {
+    // What the processes say of each refused message is not what is looked for.
+    if (std::freopen("/dev/null", "w", stderr) == nullptr) _exit(71);
+    run_round(arena_name, options, shared);
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return shared->fault;
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) return "it does not end";
+  return WIFSIGNALED(status) ? "ended by signal " + std::to_string(WTERMSIG(status))
+                             : "exit code " + std::to_string(WEXITSTATUS(status));
+}
+
+void print_fault(const std::string& arena, const AttackOptions& o, const Shared& shared,
+                 const std::string& fault) {
+  std::printf(
+      "FAULT: %s\n  last thrown: %lld: %s\n  again: scripts/run message-fuzz --arena %s --process "
+      "%s --seed "
+      "%llu "
+      "--mutants %lld --rounds 1%s%s%s\n",
+      fault.c_str(), static_cast<long long>(shared.progress.thrown), shared.progress.last,
+      arena.c_str(), o.process.c_str(), static_cast<unsigned long long>(o.seed),
+      static_cast<long long>(o.mutants), o.channel.empty() ? "" : " --channel ", o.channel.c_str(),
+      o.orders ? " --orders" : "");
+  std::fflush(stdout);
+}
+
+int run(Arguments arguments, Shared* shared) {
+  const double begin_s = now_s();
+  int64_t thrown = 0, refused = 0, faults = 0, round = 0;
+  for (; arguments.rounds > 0 ? round < arguments.rounds : now_s() - begin_s < arguments.seconds;
+       ++round) {
+    AttackOptions options = arguments.attack;
+    options.process = arguments.processes[static_cast<size_t>(round) % arguments.processes.size()];
+    options.seed += static_cast<uint64_t>(round);
+    const std::string fault = run_in_child(arguments.arena, options, shared);
+    thrown += shared->progress.thrown;
+    refused += shared->progress.refused_at_the_border;
+    if (!fault.empty()) print_fault(arguments.arena, options, *shared, fault);
+    faults += fault.empty() ? 0 : 1;
+    std::printf(
+        "%.0f s: round %lld at %s: %lld thrown in all, of which %lld had to be refused at the "
+        "border\n",
+        now_s() - begin_s, static_cast<long long>(round + 1), options.process.c_str(),
+        static_cast<long long>(thrown), static_cast<long long>(refused));
+    std::fflush(stdout);
+  }
+  std::printf("message-fuzz: %lld faults in %lld rounds, %lld messages\n",
+              static_cast<long long>(faults), static_cast<long long>(round),
+              static_cast<long long>(thrown));
+  return faults == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app{
+      "Throws absurd messages at the running system: exit code 1, and how to see it again, on a "
+      "fault"};
+  app.add_option("--seed", arguments.attack.seed, "of the first round; the next takes the next")
+      ->capture_default_str();
+  app.add_option("--seconds", arguments.seconds, "begin rounds for so long")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--rounds", arguments.rounds, "stop after so many rounds, however long they take")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--mutants", arguments.attack.mutants, "messages in a round")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--process", arguments.processes,
+                 "under fire, in turn (repeatable; all: everybody who listens); default: each")
+      ->allow_extra_args(false);
+  app.add_option("--channel", arguments.attack.channel, "only this one");
+  app.add_flag("--orders", arguments.attack.orders,
+               "PENDANT and SLAM_COMMAND too, which are obeyed: only death and memory are judged");
+  app.add_option("--arena", arguments.arena,
+                 "loop: the whole system; line: carver, mesher and calibrator, many times faster")
+      ->check(CLI::IsMember({"loop", "line"}))
+      ->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  if (arguments.processes.empty()) {
+    arguments.processes = arguments.arena == "line"
+                              ? std::vector<std::string>{"carver", "mesher", "calibrator", "all"}
+                              : ClosedLoop::processes();
+  }
+  void* memory =
+      mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) {
+    std::perror("message-fuzz: mmap");
+    return 71;
+  }
+  return run(arguments, new (memory) Shared{});
+}
