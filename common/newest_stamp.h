@@ -12,7 +12,8 @@
 // stamp further than `tolerance` in the future of the receiver's clock. An older or a future stamp
 // is dropped too, but it is remembered: when `patience` of them have come running over `span`, each
 // newer than the last and as late or early as it, they are the stream, and what was newest was a
-// forgery, or a clock has been set. Hence a sender whose clock runs ahead is heard as well.
+// forgery, or a clock has been set. Hence a sender whose clock is ahead is heard as well, and so is
+// one whose clock runs faster (a recording replayed at speed).
 #pragma once
 
 #include <algorithm>
@@ -74,7 +75,7 @@ class NewestStamp {
     const Duration lead = stamp - now;
     const bool is_newer = !newest_ || stamp > *newest_;
     if (is_newer && lead <= allowed_lead_ + rule_.tolerance) {
-      allowed_lead_ = std::min(allowed_lead_, std::max(Duration{}, lead));
+      allowed_lead_ = std::max(Duration{}, lead);
       take(stamp);
       return StampVerdict::kNewer;
     }
@@ -109,7 +110,7 @@ class NewestStamp {
 
   StampRule rule_;
   std::optional<Time> newest_;
-  Duration allowed_lead_;  // of a sender whose clock runs ahead
+  Duration allowed_lead_;  // of a sender whose clock is, or runs, ahead
   std::optional<Contender> contender_;
 };
 

@@ -6,13 +6,19 @@
 // on their way when it was measured. The base is carried on with its last known velocity.
 //
 //   CameraPredictor predictor(arm, options);
-//   predictor.set_alignment(...); predictor.set_base(...);      // delayed, from the robot
-//   predictor.set_joint_state(...); predictor.set_controller(...);
-//   predictor.add_command(...);                                 // at once, from the operator
+//   predictor.set_alignment(...); predictor.set_base(now, ...);      // delayed, from the robot
+//   predictor.set_joint_state(now, ...); predictor.set_controller(now, ...);
+//   predictor.add_command(now, ...);                                 // at once, from the operator
 //   if (auto p = predictor.predict(now)) draw(p->map_from_cam);
 //   else say(predictor.reason());
 //
-// All time-stamps are of one clock (or of clocks kept together).
+// Of several senders the arm follows one: the one that CONTROLLER_STATE names, or that has engaged
+// since by the controller's rule (command_sessions.h). Limits are those that CONTROLLER_STATE
+// tells, from the first on.
+//
+// It stops rather than guess: without fresh JOINT_STATE, and when the two sites' clocks disagree
+// (common/clock_offset.h). No single message bends it for good: stamps are judged by
+// common/newest_stamp.h, an epoch and limits that differ from the last must persist.
 #pragma once
 
 #include <deque>
@@ -20,9 +26,14 @@
 #include <string>
 
 #include "common/arm_model.h"
+#include "common/clock_offset.h"
 #include "common/frames.h"
 #include "common/joint_reference.h"
+#include "common/newest_stamp.h"
+#include "common/persistent_value.h"
 #include "common/time.h"
+#include "procs/renderer/command_sessions.h"
+#include "procs/renderer/stream_watch.h"
 
 namespace foresight {
 
@@ -31,27 +42,39 @@ enum class PredictedJoints {
   kCommand,  // the commanded joints themselves, as in the paper: ahead of the arm's limits
 };
 
-struct CameraPredictorOptions {
-  PredictedJoints joints = PredictedJoints::kRobot;
-  // Those of wam_controller.
-  MotionLimits limits;
+/// What the arm's controller works with; these and no others give its motion.
+struct ControllerLimits {
+  MotionLimits motion;
   double joint_margin_rad = 0.05;
   Duration command_timeout = milliseconds(500);
+};
+bool operator==(const ControllerLimits& a, const ControllerLimits& b);
+
+struct CameraPredictorOptions {
+  PredictedJoints joints = PredictedJoints::kRobot;
+  ControllerLimits limits = {};  // until the controller tells its own
   // The base's velocity is trusted for so long.
   Duration longest_extrapolation = milliseconds(1500);
+  // Silence of JOINT_STATE, beyond its usual interval, after which nothing is predicted.
+  Duration longest_silence = seconds(1);
+  // Nothing is predicted while the clocks differ by more, or seem to, nor so soon after a step.
+  Duration clock_tolerance = milliseconds(50);
+  Duration step_settles = seconds(2);
 };
 
 /// What the operator's site knows of the robot; as in common/robot_messages.h.
-struct CommandedJoints {
-  Time time;
-  int64_t session = 0;
-  bool engaged = false;
-  JointVector position_rad;
-};
 struct MeasuredJoints {
   Time time;
   JointVector position_rad, reference_rad, reference_velocity_rad_per_s, target_rad;
   Time command_time, command_arrival;  // of the newest command that the reference knows; 0: none
+};
+struct ControllerFacts {
+  Time time = {};
+  bool is_powered = true;  // else (idle, fault) commands move nothing
+  bool is_following = false;
+  int64_t driver = 0;  // whose commands it follows; 0: nobody's, or it does not say
+  bool needs_release = false;
+  ControllerLimits limits = {};  // not above 0: it does not say
 };
 struct MapInWorld {
   int64_t epoch = 0;
@@ -80,39 +103,62 @@ class CameraPredictor {
  public:
   CameraPredictor(const ArmModel& arm, const CameraPredictorOptions& options);
 
-  /// False: not of this arm, or older than one that is known; ignored.
-  bool add_command(const CommandedJoints& command);
-  bool set_joint_state(const MeasuredJoints& state);
-  void set_alignment(const MapInWorld& alignment) { alignment_ = alignment; }
-  /// False: older than one that is known; ignored.
-  bool set_base(const BaseMotion& base);
-  /// `powered` is false while the controller applies no torque (idle, fault): commands then move
-  /// nothing.
-  void set_powered(bool powered) { powered_ = powered; }
+  /// `now`: when it arrived, also below.
+  [[nodiscard]] CommandIntake add_command(Time now, const CommandedJoints& command);
+  /// False: ignored, because it is of another arm, makes no sense, or is older than what is known
+  /// and not of a stream that keeps coming. Also below.
+  [[nodiscard]] bool set_joint_state(Time now, const MeasuredJoints& state);
+  [[nodiscard]] bool set_controller(Time now, const ControllerFacts& controller);
+  [[nodiscard]] bool set_base(Time now, const BaseMotion& base);
+  /// False: of another map than the last and than BASE_POSE; counts when it is stated again.
+  [[nodiscard]] bool set_alignment(const MapInWorld& alignment);
 
   std::optional<PredictedCamera> predict(Time now);
   /// Why predict() returned nothing.
   const std::string& reason() const { return reason_; }
-  /// How long commands travel to the robot: the median of the last ones; 0 before the first.
-  Duration command_delay() const;
+  /// From the operator's stamp to the robot's: the median of the last commands; 0 before the first.
+  /// Below 0 where the clocks disagree.
+  Duration command_delay() const { return median(delays_); }
+  const ClockOffset& clocks() const { return clocks_; }
+  ControllerLimits limits() const { return limits_.value().value_or(options_.limits); }
+  /// Who else commands the arm, for people; else empty.
+  std::string commanders_complaint(Time now) const;
+  /// Where the controller's limits are not those of the options; else empty.
+  std::string limits_note() const;
 
  private:
-  JointVector predict_joints(Time instant) const;
-  JointVector run_reference(Time instant) const;
+  struct Forecast {
+    JointVector position_rad;
+    int64_t driver = 0;  // at that instant
+  };
+  std::string missing(Time now) const;
+  void watch_clocks(Time now);
+  std::string clock_doubt(Time now) const;
+  int64_t known_driver() const;
+  DriverRule::Start driver_then(Time command_time) const;
+  Time arrival_of(const CommandedJoints& command) const;
+  Forecast run_reference(Time instant) const;
   Pose<World, Base> predict_base(Time instant) const;
   void find_base_acceleration();
 
   ArmModel arm_;
   CameraPredictorOptions options_;
-  std::deque<CommandedJoints> commands_;  // by time; those that the joint state does not know yet
+  CommandSessions commands_;
   std::deque<Duration> delays_;
+  ClockOffset clocks_;
+  LatencyJump downlink_;
+  std::optional<Time> step_time_;
+  StreamWatch state_watch_;
+  NewestStamp state_order_, controller_order_, base_order_;
   std::optional<MeasuredJoints> state_;
-  std::optional<MapInWorld> alignment_;
+  std::optional<ControllerFacts> controller_;
+  PersistentValue<ControllerLimits> limits_;
+  std::optional<MapInWorld> alignment_, newest_alignment_;
+  PersistentValue<int64_t> alignment_epoch_{2}, base_epoch_;
   std::optional<BaseMotion> base_;
   std::deque<BaseMotion> recent_bases_;
   Eigen::Vector3d base_acceleration_m_per_s2_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d base_angular_acceleration_rad_per_s2_ = Eigen::Vector3d::Zero();
-  bool powered_ = true;
   std::string reason_;
 };
 

@@ -16,6 +16,7 @@ struct RendererParams {
   double acceleration_limit_rad_per_s2 = 1;
   double limit_margin_rad = 0.05;
   double command_timeout_s = 0.5;
+  double joint_state_timeout_s = 1;
   bool undelayed_video = false;
   int picture_width_px = 640;
   double idle_rate_hz = 5;
@@ -44,19 +45,28 @@ struct RendererParams {
       {.unit = "rad/s",
        .min = 0.01,
        .max = 10,
-       .doc = "of the controller's profile: as in wam_controller"});
+       .doc = "of the controller's profile, until CONTROLLER_STATE tells it"});
     v("acceleration_limit_rad_per_s2", acceleration_limit_rad_per_s2,
       {.unit = "rad/s^2",
        .min = 0.01,
        .max = 100,
-       .doc = "of the controller's profile: as in wam_controller"});
+       .doc = "of the controller's profile, until CONTROLLER_STATE tells it"});
     v("limit_margin_rad", limit_margin_rad,
-      {.unit = "rad", .min = 0, .max = 1, .doc = "that the controller keeps from joint limits"});
+      {.unit = "rad",
+       .min = 0,
+       .max = 1,
+       .doc = "the controller keeps from joint limits, until CONTROLLER_STATE tells it"});
     v("command_timeout_s", command_timeout_s,
       {.unit = "s",
        .min = 0.02,
        .max = 60,
-       .doc = "after which the controller stops the arm: as there"});
+       .doc = "after which the controller stops the arm, until CONTROLLER_STATE tells it"});
+    v("joint_state_timeout_s", joint_state_timeout_s,
+      {.unit = "s",
+       .min = 0.05,
+       .max = 60,
+       .doc =
+           "silence of JOINT_STATE, beyond its usual interval, after which nothing is predicted"});
     v("undelayed_video", undelayed_video,
       {.doc = "also read VIEW on the robot's side, for layout undelayed (comparisons)"});
     v("picture_width_px", picture_width_px,

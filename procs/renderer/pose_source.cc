@@ -1,5 +1,6 @@
 #include "procs/renderer/pose_source.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/messages.h"
@@ -10,11 +11,14 @@
 namespace foresight {
 namespace {
 
+// Of a stream, beyond its usual interval, after which the operator should know.
+constexpr Duration kSilence = seconds(1);
+
 /// The newest CAMERA_POSE, read on the robot's side without delay.
 class RecordedPoseSource : public PoseSource {
  public:
   RecordedPoseSource(Node& node, std::function<void()> on_change)
-      : on_change_(std::move(on_change)) {
+      : node_(node), on_change_(std::move(on_change)) {
     node.subscribe<camera_pose_t>({.channel = "CAMERA_POSE",
                                    .domain = Domain::kRobot,
                                    .rate_hz = 30,
@@ -23,9 +27,15 @@ class RecordedPoseSource : public PoseSource {
   }
   std::optional<PredictedPose> predict(Time) override { return pose_; }
   std::string reason() const override { return reason_; }
+  void report(DisplayFacts* facts) override {
+    facts->streams.push_back({"CAMERA_POSE", watch_, kSilence});
+  }
 
  private:
   void on_pose(const camera_pose_t& message) {
+    const StampVerdict verdict = order_.judge(node_.now(), {message.utime});
+    if (!is_taken(verdict)) return node_.reject_message("CAMERA_POSE", to_string(verdict));
+    watch_.arrive(node_.now());
     const auto pose = read_pose(message);
     pose_.reset();
     if (pose) pose_ = PredictedPose{{message.utime}, {}, message.epoch, *pose, {}};
@@ -33,7 +43,10 @@ class RecordedPoseSource : public PoseSource {
     on_change_();
   }
 
+  Node& node_;
   std::function<void()> on_change_;
+  NewestStamp order_;
+  StreamWatch watch_;
   std::optional<PredictedPose> pose_;
   std::string reason_;
 };
@@ -59,9 +72,11 @@ class RobotPoseSource : public PoseSource {
     const CameraPredictorOptions options{
         .joints =
             params_.predict == "command" ? PredictedJoints::kCommand : PredictedJoints::kRobot,
-        .limits = {params_.velocity_limit_rad_per_s, params_.acceleration_limit_rad_per_s2},
-        .joint_margin_rad = params_.limit_margin_rad,
-        .command_timeout = seconds(params_.command_timeout_s)};
+        .limits = {{params_.velocity_limit_rad_per_s, params_.acceleration_limit_rad_per_s2},
+                   params_.limit_margin_rad,
+                   seconds(params_.command_timeout_s)},
+        .longest_silence = seconds(params_.joint_state_timeout_s)};
+    joint_count_ = arm.size();
     predictor_ = std::make_unique<CameraPredictor>(arm, options);
   }
   std::optional<PredictedPose> predict(Time now) override {
@@ -69,11 +84,35 @@ class RobotPoseSource : public PoseSource {
     reason_ = predictor_->reason();
     if (!alignment_reason_.empty()) reason_ = alignment_reason_;
     if (!p || !alignment_reason_.empty()) return std::nullopt;
-    node_.set_metric("command_delay_ms", 1e3 * predictor_->command_delay().seconds());
     return PredictedPose{p->instant, p->command_time, p->epoch, p->map_from_cam, p->world_from_cam};
   }
   std::string reason() const override { return reason_; }
   std::string note() const override { return note_; }
+  void report(DisplayFacts* facts) override {
+    facts->streams.insert(facts->streams.end(), {{"JOINT_STATE", states_, state_slack()},
+                                                 {"BASE_POSE", bases_, kSilence},
+                                                 {"ALIGNMENT", alignments_, kSilence * 2},
+                                                 {"CONTROLLER_STATE", controllers_, kSilence * 2}});
+    const Time now = node_.now();
+    facts->clocks = predictor_->clocks().complaint();
+    if (facts->prediction_reason == facts->clocks) facts->clocks.clear();  // said once
+    facts->commanders = predictor_->commanders_complaint(now);
+    if (other_joints_ != 0) {
+      facts->arm = "the robot's arm has " + std::to_string(other_joints_) + " joints, that of " +
+                   params_.arm_file + " " + std::to_string(joint_count_);
+    }
+    delay_.end_second();
+    if (delay_.current()) {
+      facts->delay = delay_.current();
+      facts->normal_delay = delay_.normal();
+    }
+    facts->note = predictor_->limits_note();
+    node_.set_metric("command_delay_ms", 1e3 * predictor_->command_delay().seconds());
+    node_.set_metric("clock_offset_ms", 1e3 * predictor_->clocks().offset().seconds());
+    if (const auto trip = predictor_->clocks().round_trip()) {
+      node_.set_metric("round_trip_ms", 1e3 * trip->seconds());
+    }
+  }
 
  private:
   template <class Message>
@@ -83,49 +122,83 @@ class RobotPoseSource : public PoseSource {
         {.channel = channel, .domain = Domain::kOperator, .rate_hz = rate_hz, .doc = doc}, queue,
         [this, handler](const Message& m) { (this->*handler)(m); });
   }
+  Duration state_slack() const { return seconds(params_.joint_state_timeout_s); }
   void on_command(const joint_command_t& message) {
     const auto c = read_command(message);
-    if (!c || c->position_rad.size() != message.n_joints ||
-        !predictor_->add_command({c->time, c->session, c->engaged, c->position_rad})) {
-      return node_.reject_message("JOINT_COMMAND", "is not of this arm, or older than the last");
+    if (!c || c->position_rad.size() != message.n_joints) {
+      return node_.reject_message("JOINT_COMMAND", "has no joints, or too many");
+    }
+    const CommandIntake intake =
+        predictor_->add_command(node_.now(), {c->time, c->session, c->engaged, c->position_rad});
+    if (intake != CommandIntake::kTaken) {
+      return node_.reject_message("JOINT_COMMAND", to_string(intake));
     }
     on_change_();
   }
   void on_joint_state(const joint_state_t& message) {
     const auto s = read_joint_state(message);
-    if (!s || !predictor_->set_joint_state({s->time, s->position_rad, s->reference_rad,
-                                            s->reference_velocity_rad_per_s, s->target_rad,
-                                            s->command_time, s->command_arrival})) {
-      node_.reject_message("JOINT_STATE", "is not of this arm, or older than the last");
+    if (s && s->position_rad.size() != joint_count_) {
+      other_joints_ = static_cast<int>(s->position_rad.size());
+      return node_.reject_message("JOINT_STATE", "is not of the arm of arm_file");
     }
+    const Time now = node_.now();
+    if (!s || !predictor_->set_joint_state(
+                  now, {s->time, s->position_rad, s->reference_rad, s->reference_velocity_rad_per_s,
+                        s->target_rad, s->command_time, s->command_arrival})) {
+      return node_.reject_message("JOINT_STATE", "makes no sense, or is older than the last");
+    }
+    other_joints_ = 0;
+    states_.arrive(now);
+    if (const auto trip = predictor_->clocks().round_trip()) delay_.measure(*trip);
   }
   void on_controller(const controller_state_t& message) {
-    const bool powered = message.state != controller_state_t::STATE_IDLE &&
-                         message.state != controller_state_t::STATE_FAULT;
-    predictor_->set_powered(powered);
+    const bool is_powered = message.state != controller_state_t::STATE_IDLE &&
+                            message.state != controller_state_t::STATE_FAULT;
+    const ControllerFacts facts{
+        {message.utime},
+        is_powered,
+        message.state == controller_state_t::STATE_FOLLOWING,
+        message.driver_session,
+        message.needs_release != 0,
+        {{message.velocity_limit_rad_per_s, message.acceleration_limit_rad_per_s2},
+         message.limit_margin_rad,
+         seconds(std::clamp(message.command_timeout_s, 0.0, 1e6))}};
+    if (!predictor_->set_controller(node_.now(), facts)) {
+      return node_.reject_message("CONTROLLER_STATE", "is older than the last");
+    }
+    controllers_.arrive(node_.now());
     note_ = message.state == controller_state_t::STATE_FOLLOWING ? "" : message.reason;
   }
   void on_alignment(const alignment_t& message) {
     const auto a = read_alignment(message);
-    alignment_reason_.clear();
-    if (!a) {
-      alignment_reason_ = "not aligned: " + message.reason;
-      return;
+    if (!a && message.state == alignment_t::STATE_ALIGNED) {
+      return node_.reject_message("ALIGNMENT", "is no similarity");
     }
-    predictor_->set_alignment({a->epoch, a->world_from_map, a->ee_from_cam});
+    if (a && !predictor_->set_alignment({a->epoch, a->world_from_map, a->ee_from_cam})) {
+      return node_.reject_message("ALIGNMENT", "is of another map than the last");
+    }
+    alignments_.arrive(node_.now());
+    alignment_reason_ = a ? "" : "not aligned: " + message.reason;
   }
   void on_base(const base_pose_t& message) {
     const auto b = read_base(message);
-    if (!b || !predictor_->set_base({b->time, b->epoch, b->world_from_base, b->velocity_m_per_s,
-                                     b->angular_velocity_rad_per_s})) {
-      node_.reject_message("BASE_POSE", "is no pose, or older than the last");
+    if (!b ||
+        !predictor_->set_base(node_.now(), {b->time, b->epoch, b->world_from_base,
+                                            b->velocity_m_per_s, b->angular_velocity_rad_per_s})) {
+      return node_.reject_message("BASE_POSE",
+                                  "is no pose, or is older or of another map than the last");
     }
+    bases_.arrive(node_.now());
   }
 
   Node& node_;
   RendererParams params_;
   std::function<void()> on_change_;
   std::unique_ptr<CameraPredictor> predictor_;
+  StreamWatch states_, controllers_, alignments_, bases_;
+  DelayWatch delay_;  // there and back
+  int joint_count_ = 0;
+  int other_joints_ = 0;  // of a JOINT_STATE that is not of this arm; 0: it is
   std::string reason_ = "no JOINT_STATE yet", note_, alignment_reason_;
 };
 

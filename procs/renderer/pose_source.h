@@ -6,9 +6,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/frames.h"
 #include "common/node.h"
+#include "procs/renderer/display_judge.h"
 #include "procs/renderer/params.h"
 
 namespace foresight {
@@ -32,6 +34,8 @@ class PoseSource {
   virtual std::string reason() const = 0;
   /// What the operator should know beside the picture: state of the controller, base moving …
   virtual std::string note() const { return {}; }
+  /// Adds what the judge of the display should know of the pose and its streams. Once a second.
+  virtual void report(DisplayFacts* facts) = 0;
 };
 
 /// Declares the ports that `params.predict` needs. `on_change` is called when there is something

@@ -1,7 +1,6 @@
 #include "procs/renderer/process.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <utility>
 
@@ -30,21 +29,17 @@ Layout layout_of(const std::string& name) {
   return Layout::kSideBySide;
 }
 
-// What drawing takes, by the machine's own clock: a published clock stands still meanwhile.
-class Stopwatch {
- public:
-  explicit Stopwatch(bool runs) : runs_(runs), begin_(std::chrono::steady_clock::now()) {}
-  Duration elapsed() const {
-    if (!runs_) return {};
-    return microseconds(std::chrono::duration_cast<std::chrono::microseconds>(
-                            std::chrono::steady_clock::now() - begin_)
-                            .count());
+ProcessState state_of(DisplayState state) {
+  switch (state) {
+    case DisplayState::kWaiting:
+      return ProcessState::kWaiting;
+    case DisplayState::kOk:
+      return ProcessState::kOk;
+    case DisplayState::kDegraded:
+      return ProcessState::kDegraded;
   }
-
- private:
-  bool runs_;  // not on a simulated clock, where drawing takes no time
-  std::chrono::steady_clock::time_point begin_;
-};
+  return ProcessState::kFailed;
+}
 
 }  // namespace
 
@@ -67,14 +62,19 @@ RendererProcess::RendererProcess(Node& node, const RendererParams& params)
                                               .rate_hz = 30,
                                               .doc = "what was shown"})),
       mesh_requester_(node, "MESH", Domain::kOperator),
+      since_judged_(!node.is_simulated()),
+      judged_(node.now()),
       layout_(layout_of(params.layout)) {
   subscribe();
   poses_ = make_pose_source(node, params, [this] { request_draw(); });
   const Duration period = seconds(1.0 / params.idle_rate_hz);
   node.every(period, "redraw", [this, period] {
-    if (node_.now() - last_draw_ >= period) draw();
+    if (is_due(last_draw_, period)) draw();
   });
-  node.every(seconds(1), "rates", [this] { update_rates(); });
+  node.every(seconds(1), "rates", [this] {
+    update_rates();
+    report_health();
+  });
   if (!params.record.empty()) {
     node.every(seconds(1.0 / params.record_fps), "record", [this] { record(); });
   }
@@ -127,7 +127,12 @@ void RendererProcess::start() {
     gl_->recorder =
         std::make_unique<Recorder>(params_.record, width_px, height_px, params_.record_fps);
   }
-  node_.set_state(ProcessState::kWaiting, "no video yet");
+  report_health();
+}
+
+// Also when the clock was set back.
+bool RendererProcess::is_due(Time last, Duration period) const {
+  return node_.now() - last >= period || node_.now() < last;
 }
 
 void RendererProcess::Stream::add(Time t) {
@@ -138,29 +143,45 @@ void RendererProcess::Stream::add(Time t) {
 
 void RendererProcess::on_camera_info(const camera_info_t& message) {
   const auto camera = from_message(message);
-  if (!camera) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
-  camera_ = camera;
-}
-
-// A new epoch is a new map: poses and meshes of the old one mean nothing in it.
-void RendererProcess::follow_epoch(int64_t epoch) {
-  if (epoch == epoch_) return;
-  epoch_ = epoch;
-  gl_->scene.clear_views();
-  texture_time_ = {};
+  if (!camera || !is_possible(*camera)) {
+    return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
+  }
+  if (!camera_info_.offer(*camera)) {
+    return node_.reject_message("CAMERA_INFO", "contradicts the last: counts when it comes again");
+  }
+  camera_ = camera_info_.value();
 }
 
 void RendererProcess::on_view(const view_t& message) {
   if (!camera_) return;
+  const Time time{message.utime}, now = node_.now();
+  const StampVerdict verdict = view_gate_.admit(now, time);
+  if (!is_taken(verdict)) return node_.reject_message("VIEW", to_string(verdict));
   auto image = decode_image(message.image, 3);
   if (!image || gl_->video.set_image(*camera_, *image) != InputStatus::kAccepted) {
     return node_.reject_message("VIEW", "image is damaged or not of the camera's size");
   }
-  video_.add({message.utime});
+  view_watch_.arrive(now);
+  video_delay_.measure(now - time);
+  video_.add(time);
+  if (verdict == StampVerdict::kRestarted) gl_->scene.clear_views_after(time);
+  paint_with(message, std::move(*image));
+}
+
+// A new epoch is a new map: poses and meshes of the old one mean nothing in it.
+void RendererProcess::paint_with(const view_t& message, Image image) {
   const auto pose = read_pose(message.pose);
   if (!pose) return;
-  follow_epoch(message.pose.epoch);
-  const TexturingView view{message.utime, {message.utime}, *camera_, *pose, std::move(*image)};
+  const int64_t epoch_before = view_gate_.epoch();
+  if (!view_gate_.may_paint({message.utime}, message.pose.epoch, *pose,
+                            gl_->scene.scene_size_mu())) {
+    return node_.reject_message("VIEW", "its pose or its map contradicts the last");
+  }
+  if (view_gate_.epoch() != epoch_before) {
+    gl_->scene.clear_views();
+    texture_time_ = {};
+  }
+  const TexturingView view{message.utime, {message.utime}, *camera_, *pose, std::move(image)};
   if (gl_->scene.add_view(view) != InputStatus::kAccepted) {
     return node_.reject_message("VIEW", "cannot be used as a texture");
   }
@@ -180,12 +201,22 @@ void RendererProcess::on_undelayed_view(const view_t& message) {
 
 void RendererProcess::on_mesh(const mesh_t& message) {
   const auto mesh = from_message(message);
-  if (!mesh || gl_->scene.set_mesh(*mesh) != InputStatus::kAccepted) {
+  if (!mesh) return node_.reject_message("MESH", "indices or counts do not fit");
+  const MeshName name{message.epoch, message.version, {message.utime}};
+  if (!mesh_gate_.admit(node_.now(), name, view_gate_.epoch())) {
+    ask_for_mesh();
+    return node_.reject_message("MESH", "does not follow the last: asked for again");
+  }
+  if (gl_->scene.set_mesh(*mesh) != InputStatus::kAccepted) {
+    ask_for_mesh();
     return node_.reject_message("MESH", "indices or counts do not fit");
   }
   mesh_requester_.satisfied();
-  mesh_epoch_ = message.epoch;
-  mesh_time_ = {message.utime};
+}
+
+void RendererProcess::ask_for_mesh() {
+  mesh_gate_.ask();
+  mesh_requester_.want();
 }
 
 // Drawing takes longer than handling a message: what has arrived meanwhile is handled first, and
@@ -203,7 +234,7 @@ void RendererProcess::draw() {
   const Stopwatch watch(!node_.is_simulated());
   last_draw_ = begin;
   gl_->context->make_current();
-  const bool has_prediction = draw_predicted();
+  const bool has_prediction = has_prediction_ = draw_predicted();
   compose(has_prediction);
   gl_->context->present();
   drawn_.add(begin);
@@ -214,7 +245,9 @@ void RendererProcess::draw() {
 
 bool RendererProcess::draw_predicted() {
   pose_ = poses_->predict(node_.now());
-  const bool one_map = epoch_ != 0 && mesh_epoch_ == epoch_ && pose_ && pose_->epoch == epoch_;
+  const int64_t epoch = view_gate_.epoch();
+  const bool one_map = epoch != 0 && mesh_gate_.shown() && mesh_gate_.shown()->epoch == epoch &&
+                       pose_ && pose_->epoch == epoch;
   if (!camera_ || !one_map || gl_->scene.triangles() == 0) return false;
   const RenderOptions options{.used_views = params_.used_views,
                               .least_confidence = params_.least_confidence,
@@ -259,7 +292,7 @@ void RendererProcess::compose(bool has_prediction) {
 PredictionStatus RendererProcess::prediction_status(bool has_prediction) const {
   PredictionStatus status;
   status.is_drawn = has_prediction;
-  status.was_mapped = epoch_ != 0 && !pose_;
+  status.was_mapped = view_gate_.epoch() != 0 && !pose_;
   status.reason = poses_->reason();
   status.note = poses_->note();
   if (pose_) status.texture_age = pose_->instant - texture_time_;
@@ -271,7 +304,7 @@ PredictionStatus RendererProcess::prediction_status(bool has_prediction) const {
 
 // Reading pixels back costs time: always for a listener, else twice a second for the figures.
 void RendererProcess::read_prediction() {
-  const bool due = node_.now() - shares_time_ >= milliseconds(500);
+  const bool due = is_due(shares_time_, milliseconds(500));
   if (!listener_ && !due) return;
   RenderedFrame picture = gl_->scene.read_back();
   shares_ = count_sources(picture.source);
@@ -288,7 +321,7 @@ void RendererProcess::publish_stats(bool has_prediction, Time begin, Duration dr
   if (has_prediction) {
     stats.utime = pose_->instant.us;
     stats.command_utime = pose_->command_time.us;
-    stats.epoch = epoch_;
+    stats.epoch = view_gate_.epoch();
     write_transform(pose_->world_from_cam, stats.predicted_world_from_cam_quat_wxyz,
                     stats.predicted_world_from_cam_position_m);
     const SourceShares shares = shares_.value_or(SourceShares{});
@@ -296,17 +329,11 @@ void RendererProcess::publish_stats(bool has_prediction, Time begin, Duration dr
     stats.guessed_share = static_cast<float>(shares.guess);
   }
   stats.texture_utime = texture_time_.us;
-  stats.mesh_utime = mesh_time_.us;
+  stats.mesh_utime = mesh_gate_.shown() ? mesh_gate_.shown()->time.us : 0;
   stats.draw_ms = static_cast<float>(1e3 * drawing.seconds());
   stats.n_triangles = gl_->scene.triangles();
   stats_.publish(stats);
   node_.set_metric("draw_ms", stats.draw_ms);
-  if (has_prediction) {
-    node_.set_state(ProcessState::kOk, "");
-  } else {
-    node_.set_state(ProcessState::kWaiting,
-                    video_.count == 0 ? "no video yet" : "no prediction yet: " + poses_->reason());
-  }
 }
 
 void RendererProcess::handle_keys() {
@@ -326,9 +353,10 @@ void RendererProcess::record() {
     gl_->recorded = gl_->context->read_rgb();
   }
   if (!gl_->recorder->write(gl_->recorded)) {
+    recording_complaint_ = "recording stopped after " + std::to_string(gl_->recorder->frames()) +
+                           " pictures: " + gl_->recorder->why_ended();
     gl_->recorder.reset();
-    node_.set_state(ProcessState::kDegraded, "recording stopped: ffmpeg ended (disk full?)");
-    return;
+    return report_health();
   }
   node_.set_metric("recorded_frames", static_cast<double>(gl_->recorder->frames()));
 }
@@ -341,6 +369,30 @@ void RendererProcess::update_rates() {
   node_.set_metric("fps", drawn_.fps);
   const SourceShares shares = shares_.value_or(SourceShares{});
   node_.set_metric("textured_share", shares.newest + shares.earlier);
+}
+
+// The one place that sets the state.
+void RendererProcess::report_health() {
+  if (node_.state() == ProcessState::kDone) return;
+  video_delay_.end_second();
+  DisplayFacts facts;
+  facts.now = node_.now();
+  facts.pictures = drawn_.count;
+  facts.redraw_after = seconds(1.0 / params_.idle_rate_hz);
+  facts.stood_still = std::min(since_judged_.elapsed(), facts.now - judged_) - seconds(1);
+  facts.has_video = video_.count > 0;
+  facts.has_prediction = has_prediction_;
+  facts.prediction_reason = poses_->reason().empty() ? "no model yet" : poses_->reason();
+  facts.streams.push_back({"VIEW", view_watch_, seconds(1)});
+  facts.delay = video_delay_.current();
+  facts.normal_delay = video_delay_.normal();
+  facts.recording = recording_complaint_;
+  poses_->report(&facts);
+  const DisplayVerdict verdict = judge_.judge(facts);
+  since_judged_ = Stopwatch(!node_.is_simulated());
+  judged_ = facts.now;
+  if (mesh_gate_.is_unconfirmed(facts.now, view_gate_.epoch())) ask_for_mesh();
+  node_.set_state(state_of(verdict.state), verdict.reason);
 }
 
 }  // namespace foresight

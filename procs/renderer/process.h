@@ -11,13 +11,16 @@
 #include "foresight/display_stats_t.hpp"
 #include "foresight/mesh_t.hpp"
 #include "foresight/view_t.hpp"
+#include "procs/renderer/display_judge.h"
 #include "procs/renderer/gl_context.h"
 #include "procs/renderer/hud.h"
+#include "procs/renderer/model_gates.h"
 #include "procs/renderer/panels.h"
 #include "procs/renderer/params.h"
 #include "procs/renderer/pose_source.h"
 #include "procs/renderer/recorder.h"
 #include "procs/renderer/scene_renderer.h"
+#include "procs/renderer/stopwatch.h"
 #include "procs/renderer/video_renderer.h"
 
 namespace foresight {
@@ -57,7 +60,8 @@ class RendererProcess : public Process {
   void on_view(const view_t& message);
   void on_undelayed_view(const view_t& message);
   void on_mesh(const mesh_t& message);
-  void follow_epoch(int64_t epoch);
+  void paint_with(const view_t& message, Image image);
+  void ask_for_mesh();
   void request_draw();
   void draw();
   bool draw_predicted();
@@ -69,6 +73,8 @@ class RendererProcess : public Process {
   void handle_keys();
   void record();
   void update_rates();
+  void report_health();
+  bool is_due(Time last, Duration period) const;
 
   // A stream of pictures: when the newest was taken, and how many come in a second.
   struct Stream {
@@ -88,15 +94,25 @@ class RendererProcess : public Process {
   std::unique_ptr<Gl> gl_;
   std::function<void(const PredictedFrame&)> listener_;
 
+  PersistentValue<CameraModel> camera_info_{2};
+  ViewGate view_gate_;
+  MeshGate mesh_gate_;
+  StreamWatch view_watch_;
+  DelayWatch video_delay_;
+  DisplayJudge judge_;
+  Stopwatch since_judged_;
+  Time judged_;
+
   std::optional<CameraModel> camera_;  // of the images
   std::optional<PredictedPose> pose_;  // of the last draw
-  int64_t epoch_ = 0, mesh_epoch_ = 0;
-  Time texture_time_, mesh_time_, last_draw_;
+  bool has_prediction_ = false;        // the last draw
+  Time texture_time_, last_draw_;
   Stream video_, undelayed_, drawn_;
   Layout layout_;
   std::optional<SourceShares> shares_;  // counted now and then
   Time shares_time_;
   int recorded_drawn_ = 0;
+  std::string recording_complaint_;
   bool draw_requested_ = false;
 };
 

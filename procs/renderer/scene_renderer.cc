@@ -13,6 +13,9 @@
 namespace foresight {
 namespace {
 
+// Of all stored views together: those of huge images are fewer.
+constexpr int64_t kMostTextureBytes = 1'500'000'000;
+
 /// A framebuffer for surfaces: a float texture that is attached from outside, and a depth buffer.
 struct SurfaceTarget {
   GlFramebuffer framebuffer;
@@ -62,10 +65,13 @@ struct SceneRenderer::State {
 };
 
 void SceneRenderer::State::make_arrays(const CameraModel& camera) {
-  store.clear();
-  const int layers = options.stored_views;
-  images = make_texture_array(GL_RGBA8, camera.width_px, camera.height_px, layers, GL_LINEAR);
   depth_size = depth_map_size(camera, options.depth_map_scale);
+  const int64_t view_bytes = 4 * (int64_t{camera.width_px} * camera.height_px +
+                                  int64_t{depth_size.width_px} * depth_size.height_px);
+  const int layers = static_cast<int>(
+      std::clamp<int64_t>(kMostTextureBytes / view_bytes, 1, options.stored_views));
+  store = ViewStore(layers);
+  images = make_texture_array(GL_RGBA8, camera.width_px, camera.height_px, layers, GL_LINEAR);
   depths =
       make_texture_array(GL_R32F, depth_size.width_px, depth_size.height_px, layers, GL_NEAREST);
   layout = camera;
@@ -131,6 +137,8 @@ bool SceneRenderer::move_view(int64_t id, const Pose<Map, Cam>& map_from_cam) {
 }
 
 void SceneRenderer::clear_views() { state_->store.clear(); }
+void SceneRenderer::clear_views_after(Time time) { state_->store.clear_after(time); }
+double SceneRenderer::scene_size_mu() const { return state_->surface_pass.scene_size_mu(); }
 int SceneRenderer::stored_views() const { return state_->store.size(); }
 int SceneRenderer::triangles() const { return state_->surface_pass.triangles(); }
 

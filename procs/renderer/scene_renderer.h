@@ -93,6 +93,10 @@ class SceneRenderer {
   bool move_view(int64_t id, const Pose<Map, Cam>& map_from_cam);
   /// The map restarted: old poses mean nothing.
   void clear_views();
+  /// Drops the views that are newer than `time`: its stamps begin anew from there.
+  void clear_views_after(Time time);
+  /// Of the mesh, in map units; 0: unknown.
+  double scene_size_mu() const;
   int stored_views() const;
   int triangles() const;
 

@@ -58,6 +58,10 @@ class ViewStore {
                      const Pose<Map, Cam>& map_from_cam, double length_unit_mu);
   StoredView* find(int64_t id);
   void clear() { views_.clear(); }
+  /// Drops the views that are newer: their stamps were of a clock that has been set since.
+  void clear_after(Time time) {
+    std::erase_if(views_, [time](const StoredView& view) { return view.time > time; });
+  }
   int size() const { return static_cast<int>(views_.size()); }
   const std::vector<StoredView>& views() const { return views_; }
   /// At most query.count views by rank. O(count · capacity · samples). Pointers last until the next

@@ -93,6 +93,14 @@ TEST(NewestStamp, AClockThatIsSetCostsAMoment) {
   }
 }
 
+TEST(NewestStamp, ARecordingAtTenTimesTheSpeedIsHeard) {
+  NewestStamp newest;
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_EQ(newest.judge(kStart + milliseconds(3) * i, kStart + milliseconds(33) * i),
+              StampVerdict::kNewer);
+  }
+}
+
 TEST(NewestStamp, ReorderingIsNoRestart) {
   std::mt19937 random(3);
   Stream stream;

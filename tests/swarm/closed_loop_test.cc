@@ -72,6 +72,16 @@ TEST(ClosedLoop, PredictsWhereTheCameraWillBeThoughTheBaseIsPushed) {
   EXPECT_GT(r.predicted.mean_psnr_common_db(), r.delayed.mean_psnr_common_db() + 4);
 }
 
+// The controller moves at no more than 0.15 rad/s, the renderer's own parameters say 1: untold, the
+// view is 28 px off.
+TEST(ClosedLoop, TheViewFollowsTheLimitsThatTheControllerTells) {
+  const auto r = evaluate(options(20, {"wam_controller.velocity_limit_rad_per_s=0.15"}),
+                          {.every = 1000}, [](double) {});
+  ASSERT_GT(r.predicted_frames, 100);
+  EXPECT_LT(percentile(of(r.predictions, &PoseError::shift_px), 0.5), 1.5);
+  EXPECT_LT(percentile(of(r.predictions, &PoseError::shift_px), 0.95), 4);
+}
+
 // What the operator's screen and the controller say after an incident at 12 s.
 struct Aftermath {
   int predictions = 0, base_poses = 0, following = 0;
@@ -111,6 +121,34 @@ TEST_P(KilledInTheLoop, IsReplacedAndTheOthersGoOn) {
 INSTANTIATE_TEST_SUITE_P(Processes, KilledInTheLoop,
                          testing::Values("wam_controller", "calibrator", "omni", "link"),
                          [](const auto& param_info) { return std::string(param_info.param); });
+
+// Commands of a session from the future, at the operator's side: nobody is locked out, neither on
+// the screen nor at the arm.
+TEST(ClosedLoop, AForgedSessionBendsNothing) {
+  ClosedLoop loop(options(16));
+  Aftermath after;
+  watch(loop, loop.start() + seconds(13), &after);
+  health_t display{};
+  loop.world().listen(Domain::kOperator, "HEALTH", [&display](auto bytes) {
+    const auto health = decode<health_t>(bytes);
+    if (health.process == "renderer") display = health;
+  });
+  for (int i = 0; i < 30; ++i) {
+    joint_command_t forged{};
+    const Time time = loop.start() + seconds(11) + milliseconds(33) * i;
+    forged.utime = time.us;
+    forged.session = 9'000'000'000'000'000'000;
+    forged.seq = i;
+    forged.engaged = i % 2 == 0 ? 0 : 1;
+    forged.position_rad = {1.5, 1.5, 1.5, 1.5};
+    forged.n_joints = 4;
+    loop.world().inject(time, Domain::kOperator, "JOINT_COMMAND", encode(forged));
+  }
+  run_all(loop);
+  EXPECT_GT(after.predictions, 30);
+  EXPECT_TRUE(after.controller == controller_state_t::STATE_FOLLOWING) << after.reason;
+  EXPECT_TRUE(display.state == health_t::STATE_OK) << display.reason;
+}
 
 // A person presses the pendant's E-STOP: the controller says so, the view predicts an arm that
 // stands still, and nothing moves until the pendant is reset and activated.
