@@ -20,6 +20,7 @@ COMPANION = "FORESIGHT_COMPANION"  # in the environment of what a script starts 
 COMPANION_BYTES = os.fsencode(COMPANION + "=")
 AUTORESTART = {"always": "true", "on_failure": "unexpected", "never": "false"}
 MARK = "FORESIGHT_RUN_DIR"
+SUPERVISORD = ROOT / "scripts" / "foresight_supervisord.py"
 # Keys of deployed.json: options of the last up, and the script that it was for.
 RECORDED = {"set", "on", "robot_url", "operator_url", "force", "owner"}
 OWNER = "FORESIGHT_OWNER"  # in the environment of scripts/deploy: who will take the site down
@@ -218,7 +219,7 @@ class Supervisor:
 
     def start(self):
         """After prepare()."""
-        result = captured(["supervisord", "-c", self.run_dir / "supervisord.conf"],
+        result = captured(["/usr/bin/python3", SUPERVISORD, "-c", self.run_dir / "supervisord.conf"],
                           cwd=self.run_dir, env=os.environ | {MARK: str(self.run_dir)})
         if result.returncode != 0 or not poll(self.answers, 20):
             lines = (result.stdout + result.stderr).strip().splitlines() or ["it does not answer"]

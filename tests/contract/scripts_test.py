@@ -13,6 +13,7 @@ sys.path.insert(0, str(SCRIPTS))
 
 import foresight_agreement  # noqa: E402  (the scripts are no package)
 import foresight_site  # noqa: E402
+import foresight_supervisord  # noqa: E402
 from foresight_cli import Failure, one_line  # noqa: E402
 from foresight_health import metric, parse_reports  # noqa: E402
 
@@ -74,6 +75,21 @@ class Usage(unittest.TestCase):
                 self.assertEqual(result.returncode, 69, result.stderr)
                 self.assertIn(part, result.stderr)
                 self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+
+
+class Supervisord(unittest.TestCase):
+    def test_it_looks_after_its_processes_often(self):
+        waits = []
+        poll = foresight_supervisord.looking_often(lambda _, timeout_s: waits.append(timeout_s))
+        poll(None, 1)
+        poll(None, 0)
+        self.assertEqual(waits, [foresight_supervisord.LONGEST_WAIT_S, 0])
+
+    def test_debians_supervisord_waits_in_the_poller(self):
+        poller = foresight_supervisord.poller
+        self.assertTrue(callable(poller.Poller.poll))
+        source = pathlib.Path(foresight_supervisord.supervisord.__file__).read_text(encoding="utf-8")
+        self.assertIn("self.options.poller.poll(timeout)", source)
 
 
 class Texts(unittest.TestCase):

@@ -6,7 +6,8 @@ import subprocess
 import tempfile
 import unittest
 
-from swarm import (ROOT, Monitor, Swarm, read_log, run, utimes, wait_for, write_tiny_sequence)
+from swarm import (ROOT, Monitor, Swarm, build_dir, read_log, run, utimes, wait_for,
+                   write_tiny_sequence)
 
 
 class Recording:
@@ -45,7 +46,7 @@ class RecordAndReplay(unittest.TestCase):
         camera.up()
         recording = self.record(self.folder / "camera.lcmlog", camera.site)
         wait_for(lambda: len(utimes(recording.events(), "IMAGE")) >= frames, 60, "frames recorded")
-        self.assertEqual(recording.stop(), 0, "SIGINT ends lcm-logger cleanly")
+        self.assertEqual(recording.stop(), 0, "SIGINT ends it cleanly")
         camera.close()
         return recording.path
 
@@ -75,6 +76,31 @@ class RecordAndReplay(unittest.TestCase):
         self.assertLessEqual(set(poses), frames, "a pose carries its frame's time")
         self.assertEqual(len(poses), len(set(poses)), "one pose for each frame")
         self.assertEqual(monitor.port("slam", "IMAGE", "in")["rejected"], 0)
+
+    def publisher(self):
+        """Somebody whose HEALTH can be recorded; the site's file."""
+        swarm = Swarm("  carver: {}\n")
+        self.addCleanup(swarm.close)
+        swarm.up()
+        return swarm.site
+
+    def test_any_way_of_ending_leaves_a_whole_log(self):
+        site = self.publisher()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            recording = self.record(self.folder / f"{number}.lcmlog", site)
+            wait_for(recording.events, 20, "something is recorded")
+            recording.process.send_signal(number)
+            self.assertEqual(recording.process.wait(20), 0)
+            text = run(build_dir() / "bin" / "log-text", recording.path)
+            self.assertEqual(text.returncode, 0, text.stderr)
+            self.assertIn("HEALTH health_t", text.stdout)
+
+    def test_a_full_disk_ends_the_recording_and_is_said(self):
+        full = self.folder / "full.lcmlog"
+        full.symlink_to("/dev/full")
+        result = run(ROOT / "scripts" / "record", full, self.publisher(), timeout_s=60)
+        self.assertEqual(result.returncode, 69, result.stderr)
+        self.assertIn("full.lcmlog: log cannot be written: No space left", result.stderr)
 
     def test_what_cannot_be_played_or_recorded_is_said_in_a_line(self):
         missing = run(ROOT / "scripts" / "replay", "/no/such.lcmlog")

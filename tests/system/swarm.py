@@ -16,7 +16,8 @@ import zlib
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-from foresight_paths import build_dir, program  # noqa: E402  (the scripts are no package)
+from foresight_bus import Stranger, with_health_texts  # noqa: E402  (the scripts are no package)
+from foresight_paths import build_dir, program  # noqa: E402
 from foresight_supervisor import OWNER, Supervisor, identity, is_running  # noqa: E402
 
 ROBOT_URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
@@ -178,5 +179,6 @@ def utimes(events, channel):
     return [struct.unpack_from(">q", data, 8)[0] for name, data in events if name == channel]
 
 
-__all__ = ["Monitor", "OWNER", "ROOT", "Swarm", "URLS", "build_dir", "identity", "is_running", "program", "read_log",
-           "run", "utimes", "wait_for", "write_lab_sequence", "write_tiny_sequence"]
+__all__ = ["Monitor", "OWNER", "ROBOT_URL", "ROOT", "Stranger", "Supervisor", "Swarm", "URLS",
+           "build_dir", "identity", "is_running", "program", "read_log", "run", "utimes",
+           "wait_for", "with_health_texts", "write_lab_sequence", "write_tiny_sequence"]
