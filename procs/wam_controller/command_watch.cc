@@ -8,6 +8,7 @@ namespace foresight {
 namespace {
 
 constexpr int64_t kTooMany = 3;  // in a second; fewer may be late ones of an engage that has ended
+constexpr uint64_t kLargestSeqStep = 10;  // over which a sender's period tells where a stamp lies
 constexpr Duration kClockTolerance = milliseconds(10);
 constexpr Duration kStep = milliseconds(100);
 constexpr Duration kStepIsSaidFor = seconds(10);
@@ -46,11 +47,12 @@ void CommandWatch::on_command(Time arrival, const ArmCommand& command, CommandVe
 // A stall makes stamps and arrivals jump, a link arrivals alone, a clock that is set stamps alone.
 void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
   const Time stamp = within_reach(arrival, command.time);
+  const uint64_t step = static_cast<uint64_t>(command.seq) - static_cast<uint64_t>(last_.seq);
   const bool goes_on = last_.is_known && last_.session == command.session &&
-                       last_.seq < command.seq && command.seq <= last_.seq + 10;
+                       last_.seq < command.seq && step <= kLargestSeqStep;
   Duration period = goes_on ? last_.period : Duration{};
   if (goes_on) {
-    const int64_t count = command.seq - last_.seq;
+    const auto count = static_cast<int64_t>(step);
     const Duration passed = stamp - last_.stamp;
     const Duration jump = passed - period * count;
     const Duration age_change = (arrival - last_.arrival) - passed;
