@@ -37,11 +37,14 @@ class ManualHost : public Host {
   void stop(int) override {}
 };
 
+// For it, time never goes back: keys would be held for as long.
 class HeldButton : public InputDevice {
  public:
   explicit HeldButton(const bool* is_pressed) : is_pressed_(*is_pressed) {}
   void open() override {}
-  DeviceReading read(Time) override {
+  DeviceReading read(Time now) override {
+    EXPECT_GE(now, last_);
+    last_ = now;
     DeviceReading reading = deflections({-1, 0, 0, 0, 0});
     reading.engaged = is_pressed_;
     return reading;
@@ -49,6 +52,7 @@ class HeldButton : public InputDevice {
 
  private:
   const bool& is_pressed_;
+  Time last_;
 };
 
 class OmniClockTest : public testing::Test {

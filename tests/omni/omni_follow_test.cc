@@ -42,6 +42,23 @@ TEST_F(OmniFollowTest, ACommandDoesNotRunAheadOfAnArmThatDoesNotFollow) {
   }
 }
 
+// The last command has run ahead for a round trip, and a quick press must not go on from it.
+TEST_F(OmniFollowTest, AQuickPressAfterALossBeginsAtTheArm) {
+  start_with_sticks({-1, 0, 0, 0, 0});
+  robot_->delay = seconds(0.6);
+  run(1.3);
+  robot_->can_follow = false;
+  robot_->set_state(controller_state_t::STATE_IDLE, "E-STOP");
+  const double stopped_rad = robot_->position_rad[0];
+  run(0.05);
+  robot_->be_ready();
+  run(0.7);
+  press(false, 0.1);
+  press(true, 0.034);
+  EXPECT_TRUE(is_engaged());
+  EXPECT_NEAR(command_rad(0), stopped_rad, 0.02);
+}
+
 TEST_F(OmniFollowTest, SaysAFaultInTheControllersWordsThoughNobodyPresses) {
   start(true);
   run(1);
