@@ -22,13 +22,15 @@ NOT_IN_A_CORE = {
     r"<lcm/.*": "the bus", r'"foresight/.*_t\.hpp"': "messages",
     r'"common/(host|node|live_host|lcm_bus|lcm_log|process_main|simulation|delta_stream)\.h"':
         "the process host",
+    r'"common/(delta_input|snapshot_requester)\.h"': "the process host",
     r"<(chrono|ctime|sys/time\.h)>": "a clock",
     r"<(thread|mutex|condition_variable|future)>": "threads"}
 # Cores whose very subject is messages.
 ABOUT_MESSAGES = {"procs/camera/frame_converter.h", "procs/top/health_table.h"}
 CORE_OF_COMMON = ["arm_model", "camera_model", "carving_delta", "clock_offset", "frames", "image",
                   "joint_reference", "map_delta", "mesh", "newest_stamp", "persistent_value",
-                  "pose_track", "snapshot_gate", "time", "trapezoid"]
+                  "pose_track", "printable_text", "snapshot_gate", "stamp_gate", "stream_losses",
+                  "time", "trapezoid"]
 
 
 def sources(folder):

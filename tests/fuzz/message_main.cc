@@ -127,6 +127,29 @@ int run(Arguments arguments, Shared* shared) {
   return faults == 0 ? 0 : 1;
 }
 
+void declare_options(CLI::App& app, Arguments& a) {
+  app.add_option("--seed", a.attack.seed, "of the first round; the next takes the next")
+      ->capture_default_str();
+  app.add_option("--seconds", a.seconds, "begin rounds for so long")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--rounds", a.rounds, "stop after so many rounds, however long they take")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--mutants", a.attack.mutants, "messages in a round")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--process", a.processes,
+                 "under fire, in turn (repeatable; all: everybody who listens); default: each")
+      ->allow_extra_args(false);
+  app.add_option("--channel", a.attack.channel, "only this one");
+  app.add_flag("--orders", a.attack.orders,
+               "PENDANT and SLAM_COMMAND too, which are obeyed: only death and memory are judged");
+  app.add_option("--arena", a.arena,
+                 "loop: the whole system; line: carver, mesher and calibrator, many times faster")
+      ->check(CLI::IsMember({"loop", "line"}))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -134,26 +157,7 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Throws absurd messages at the running system: exit code 1, and how to see it again, on a "
       "fault"};
-  app.add_option("--seed", arguments.attack.seed, "of the first round; the next takes the next")
-      ->capture_default_str();
-  app.add_option("--seconds", arguments.seconds, "begin rounds for so long")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--rounds", arguments.rounds, "stop after so many rounds, however long they take")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--mutants", arguments.attack.mutants, "messages in a round")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--process", arguments.processes,
-                 "under fire, in turn (repeatable; all: everybody who listens); default: each")
-      ->allow_extra_args(false);
-  app.add_option("--channel", arguments.attack.channel, "only this one");
-  app.add_flag("--orders", arguments.attack.orders,
-               "PENDANT and SLAM_COMMAND too, which are obeyed: only death and memory are judged");
-  app.add_option("--arena", arguments.arena,
-                 "loop: the whole system; line: carver, mesher and calibrator, many times faster")
-      ->check(CLI::IsMember({"loop", "line"}))
-      ->capture_default_str();
+  declare_options(app, arguments);
   CLI11_PARSE(app, argc, argv);
   if (arguments.processes.empty()) {
     arguments.processes = arguments.arena == "line"
