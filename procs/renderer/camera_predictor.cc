@@ -163,6 +163,7 @@ void CameraPredictor::find_base_acceleration() {
 
 std::string CameraPredictor::missing(Time now) const {
   if (!state_) return "no JOINT_STATE yet";
+  if (state_watch_.is_clock_set_back(now)) return "the clock here was set back";
   if (state_watch_.is_silent(now, options_.longest_silence)) {
     return "no JOINT_STATE for " + seconds_text(*state_watch_.silence(now), 1);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -20,7 +21,6 @@
 #include "procs/renderer/pose_source.h"
 #include "procs/renderer/recorder.h"
 #include "procs/renderer/scene_renderer.h"
-#include "procs/renderer/stopwatch.h"
 #include "procs/renderer/video_renderer.h"
 
 namespace foresight {
@@ -31,6 +31,23 @@ struct PredictedFrame {
   Time texture_time;   // of the newest image in it
   CameraModel camera;  // distortion-free
   RenderedFrame picture;
+};
+
+/// What drawing takes, by the machine's own clock: a published clock stands still meanwhile.
+class Stopwatch {
+ public:
+  /// `runs` is false on a simulated clock, where nothing takes time.
+  explicit Stopwatch(bool runs) : runs_(runs) {}
+  Duration elapsed() const {
+    if (!runs_) return {};
+    return microseconds(std::chrono::duration_cast<std::chrono::microseconds>(
+                            std::chrono::steady_clock::now() - begin_)
+                            .count());
+  }
+
+ private:
+  bool runs_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
 /// Shows the delayed video and the predicted view (paper §II-B). VIEW, MESH and CAMERA_INFO come

@@ -44,6 +44,8 @@ class StreamWatch {
     if (!last_) return std::nullopt;
     return std::max(Duration{}, now - *last_);
   }
+  /// The clock shows less than at the last message: nothing is known until the next.
+  bool is_clock_set_back(Time now) const { return last_ && now < *last_; }
   /// Silent for longer than its usual interval and `slack`. Not before the first message.
   bool is_silent(Time now, Duration slack) const {
     return last_ && now - *last_ > usual_interval() + slack;

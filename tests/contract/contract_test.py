@@ -27,9 +27,10 @@ NOT_IN_A_CORE = {
     r"<(thread|mutex|condition_variable|future)>": "threads"}
 # Cores whose very subject is messages.
 ABOUT_MESSAGES = {"procs/camera/frame_converter.h", "procs/top/health_table.h"}
-CORE_OF_COMMON = ["arm_model", "camera_model", "carving_delta", "frames", "image", "joint_reference",
-                  "map_delta", "mesh", "pose_track", "printable_text", "snapshot_gate",
-                  "stamp_gate", "stream_losses", "time", "trapezoid"]
+CORE_OF_COMMON = ["arm_model", "camera_model", "carving_delta", "clock_offset", "frames", "image",
+                  "joint_reference", "map_delta", "mesh", "newest_stamp", "persistent_value",
+                  "pose_track", "printable_text", "snapshot_gate", "stamp_gate", "stream_losses",
+                  "time", "trapezoid"]
 
 
 def sources(folder):

@@ -362,6 +362,13 @@ TEST_F(Predictor, StopsWithoutFreshJointStateAndGoesOnWithIt) {
   EXPECT_TRUE(predictor_.predict(again));
 }
 
+TEST_F(Predictor, AClockThatIsSetBackIsNoticedBeforeTheNextMessage) {
+  make_ready();
+  EXPECT_TRUE(predictor_.predict(kStart));
+  EXPECT_FALSE(predictor_.predict(kStart - seconds(3)));
+  EXPECT_EQ(predictor_.reason(), "the clock here was set back");
+}
+
 TEST_F(Predictor, RefusesWhatIsNotOfThisArmOrOld) {
   make_ready();
   const auto add = [&](Time time, int64_t session, const JointVector& q) {
