@@ -145,7 +145,9 @@ void declare_options(CLI::App& app, Options& options, const ProcessInfo& info) {
                      "(repeatable)")
           ->allow_extra_args(false);
   auto* output_option =
-      app.add_option("--output", options.output, "log that --replay writes what it published to");
+      app.add_option("--output", options.output,
+                     "log that --replay writes what it published to; an earlier one is replaced "
+                     "when the run is whole");
   replay_option->needs(output_option);
   output_option->needs(replay_option);
   app.set_version_flag("--version", FORESIGHT_VERSION);

@@ -119,6 +119,15 @@ class Logs(unittest.TestCase):
             stamps = [line for line in text.stdout.splitlines() if not line.startswith(" ")]
             self.assertEqual(len(stamps), len(events) - 1)
 
+    def test_no_arm_is_moved_along_what_is_left_of_a_motion(self):
+        motion = self.write("motion.lcmlog", self.log.read_bytes()[:-11])
+        result = subprocess.run(
+            [BIN / "foresight-omni", "--replay", self.log, "--output", self.folder / "o.lcmlog",
+             "--set", "device=recorded", "--set", f"device_path={motion}"],
+            capture_output=True, text=True, timeout=60, check=False, cwd=ROOT)
+        self.assert_one_line(result, 69, str(motion), "cut off")
+        self.assertFalse((self.folder / "o.lcmlog").exists())
+
     def test_a_log_that_is_cut_off_is_said(self):
         data = self.log.read_bytes()
         log = self.write("cut.lcmlog", data[:-11])

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""A recorded camera, played by lcm-logplayer into a freshly deployed slam: a pose for each frame."""
+"""A recorded camera, played into a freshly deployed slam: a pose for each frame."""
 import pathlib
 import signal
+import struct
 import subprocess
 import tempfile
 import unittest
@@ -101,6 +102,23 @@ class RecordAndReplay(unittest.TestCase):
         result = run(ROOT / "scripts" / "record", full, self.publisher(), timeout_s=60)
         self.assertEqual(result.returncode, 69, result.stderr)
         self.assertIn("full.lcmlog: log cannot be written: No space left", result.stderr)
+
+    def test_a_damaged_log_is_played_to_its_end_and_said(self):
+        frames = 20
+        source = self.folder / "source.lcmlog"
+        channel, data = b"POSE_HINT", b"x" * 50
+        events = [struct.pack(">IqqII", 0xEDA1DA01, i, 10**15 + 10_000 * i, len(channel), len(data)) +
+                  channel + data for i in range(frames)]
+        damaged = events[7][:24] + b"\x7f\xff\xff\xff" + events[7][28:]
+        source.write_bytes(b"".join(events[:7] + [damaged] + events[8:]))
+        site = self.publisher()
+        recording = self.record(self.folder / "played.lcmlog", site)
+        wait_for(recording.events, 20, "the recording has begun")
+        played = run(ROOT / "scripts" / "replay", source, site)
+        self.assertEqual(played.returncode, 69, played.stderr)
+        self.assertIn(f"source.lcmlog: damaged at byte {7 * len(events[0])} ", played.stderr)
+        wait_for(lambda: sum(c == "POSE_HINT" for c, _ in recording.events()) == frames - 1, 20,
+                 "all but the damaged one arrive")
 
     def test_what_cannot_be_played_or_recorded_is_said_in_a_line(self):
         missing = run(ROOT / "scripts" / "replay", "/no/such.lcmlog")
