@@ -116,8 +116,9 @@ int main(int argc, char** argv) {
   app.add_option("--json", a.json, "write the numbers to this file");
   app.add_option("--table", a.table, "write a Markdown table, peers' figures beside, to this file");
   app.add_option("--plots", a.plots, "draw each trajectory and the truth as PNG into this folder");
-  app.add_option("--save", a.range.save_folder,
-                 "save each map (COLMAP text model, slam-map load) and trajectory (TUM) in here");
+  app.add_option(
+      "--save", a.range.save_folder,
+      "save each map (COLMAP text model, slam's map_folder) and trajectory (TUM) in here");
   app.add_option("--start", a.range.play.start, "first image");
   app.add_option("--frames", a.range.play.frames, "number of images; -1: all");
   app.add_option("--step", a.range.play.step, "take every so many images")

@@ -157,12 +157,14 @@ void replace_folder(const fs::path& path, const OwnFilesOf& own_files_of, Durabi
 }
 
 void remove_own_folder(const fs::path& target, const OwnFilesOf& own_files_of) {
-  std::error_code error;
-  if (!fs::is_directory(fs::symlink_status(target, error))) return;
-  try {
-    const Contents contents = contents_of(target, own_files_of);
-    if (contents.foreign.empty()) remove(target, contents);
-  } catch (const fs::filesystem_error&) {  // it stays
+  for (const fs::path& folder : {target, part_of(target)}) {
+    std::error_code error;
+    if (!fs::is_directory(fs::symlink_status(folder, error))) continue;
+    try {
+      const Contents contents = contents_of(folder, own_files_of);
+      if (contents.foreign.empty()) remove(folder, contents);
+    } catch (const fs::filesystem_error&) {  // it stays
+    }
   }
 }
 

@@ -32,7 +32,7 @@ void replace_folder(const std::filesystem::path& target, const OwnFilesOf& own_f
 /// Finishes or takes back what a crash in replace_folder() left half done. Call before reading.
 void mend_folder(const std::filesystem::path& target);
 
-/// Removes `target` if it holds own files only; otherwise does nothing.
+/// Removes `target`, and what a crash left beside it, if they hold own files only.
 void remove_own_folder(const std::filesystem::path& target, const OwnFilesOf& own_files_of);
 
 }  // namespace foresight

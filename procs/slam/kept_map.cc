@@ -95,7 +95,9 @@ std::optional<KeptMap::Mark> KeptMap::find() const {
 
 StoredMap KeptMap::read(const Mark& mark) {
   write_run_file(folder_, {run_, {mark.epoch, mark.image, mark.loads + 1}});
-  return read_map_folder(folder_);
+  StoredMap map = read_map_folder(folder_);
+  written_ = written_images(map, folder_);
+  return map;
 }
 
 void KeptMap::write(const Mark& mark, const StoredMap& map) {
@@ -104,8 +106,7 @@ void KeptMap::write(const Mark& mark, const StoredMap& map) {
                    write_core_files(map, part, written_);
                    write_run_file(part, {run_, mark});
                  });
-  written_ = {folder_, {}};
-  for (const StoredMap::Keyframe& k : map.keyframes) written_.images[k.id] = k.image;
+  written_ = written_images(map, folder_);
 }
 
 void KeptMap::remove() {

@@ -6,13 +6,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <sstream>
 
 #include "common/errors.h"
+#include "procs/slam/file_writer.h"
 #include "procs/slam/folder_swap.h"
 
 namespace foresight {
@@ -30,31 +30,8 @@ std::string image_name(int32_t keyframe_id) {
   return name;
 }
 
-// A text file in which every double keeps its bits.
-class Writer {
- public:
-  explicit Writer(const fs::path& path) : path_(path), file_(path) {
-    file_.precision(std::numeric_limits<double>::max_digits10);
-  }
-  template <class... Words>
-  void line(const Words&... words) {
-    const char* gap = "";
-    ((file_ << gap << words, gap = " "), ...);
-    file_ << "\n";
-  }
-  std::ofstream& stream() { return file_; }
-  void close() {
-    file_.close();
-    if (!file_) throw UnavailableError(path_.string() + ": cannot be written");
-  }
-
- private:
-  fs::path path_;
-  std::ofstream file_;
-};
-
 void write_cameras(const CameraModel& c, const fs::path& path) {
-  Writer file(path);
+  FileWriter file(path);
   file.line("# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]");
   const std::array<double, 5>& k = c.distortion;
   // The centre of the first pixel is (0.5, 0.5) there.
@@ -87,7 +64,7 @@ PlacesPerKeyframe places_of(const StoredMap& map) {
 
 void write_image_table(const StoredMap& map, const PlacesPerKeyframe& places,
                        const fs::path& path) {
-  Writer file(path);
+  FileWriter file(path);
   file.line("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
   file.line("# POINTS2D[] as (X, Y, POINT3D_ID)");
   for (const StoredMap::Keyframe& k : map.keyframes) {
@@ -99,12 +76,12 @@ void write_image_table(const StoredMap& map, const PlacesPerKeyframe& places,
     if (it != places.end()) {
       const char* gap = "";
       for (const Place& place : it->second) {
-        file.stream() << gap << place.pixel.x() + 0.5 << " " << place.pixel.y() + 0.5 << " "
-                      << place.point_id + 1;
+        file << gap << place.pixel.x() + 0.5 << " " << place.pixel.y() + 0.5 << " "
+             << place.point_id + 1;
         gap = " ";
       }
     }
-    file.stream() << "\n";
+    file << "\n";
   }
   file.close();
 }
@@ -130,7 +107,7 @@ void write_points(const StoredMap& map, const fs::path& path) {
   std::map<int32_t, const StoredMap::Keyframe*> keyframes;
   for (const StoredMap::Keyframe& k : map.keyframes) keyframes[k.id] = &k;
   std::map<int32_t, int> next_index;  // into each image's POINTS2D
-  Writer file(path);
+  FileWriter file(path);
   file.line("# POINT3D_ID X Y Z R G B ERROR TRACK[] as (IMAGE_ID, POINT2D_IDX)");
   for (const StoredMap::Point& p : map.points) {
     int gray = 0;
@@ -140,18 +117,18 @@ void write_points(const StoredMap& map, const fs::path& path) {
       }
     }
     const Eigen::Vector3d& x = p.position_in_map;
-    file.stream() << p.id + 1 << " " << x.x() << " " << x.y() << " " << x.z() << " " << gray << " "
-                  << gray << " " << gray << " " << mean_error_px(map, p, keyframes);
+    file << p.id + 1 << " " << x.x() << " " << x.y() << " " << x.z() << " " << gray << " " << gray
+         << " " << gray << " " << mean_error_px(map, p, keyframes);
     for (const StoredMap::Observation& o : p.observations) {
-      file.stream() << " " << o.keyframe_id + 1 << " " << next_index[o.keyframe_id]++;
+      file << " " << o.keyframe_id + 1 << " " << next_index[o.keyframe_id]++;
     }
-    file.stream() << "\n";
+    file << "\n";
   }
   file.close();
 }
 
 void write_trajectory(const StoredMap& map, const fs::path& path) {
-  Writer file(path);
+  FileWriter file(path);
   file.line("# time tx ty tz qx qy qz qw");
   for (const StoredMap::Keyframe& k : map.keyframes) {
     char time[40];
@@ -166,7 +143,7 @@ void write_trajectory(const StoredMap& map, const fs::path& path) {
 
 // COLMAP's text has the inverse poses; ours go here, so that they come back bit by bit.
 void write_extra(const StoredMap& map, const fs::path& path) {
-  Writer file(path);
+  FileWriter file(path);
   file.line(kExtraHeader);
   const CameraModel& c = map.camera;
   file.line("camera", c.lens == LensModel::kEquidistant ? 1 : 0, c.width_px, c.height_px, c.fx_px,
@@ -180,15 +157,14 @@ void write_extra(const StoredMap& map, const fs::path& path) {
   }
   for (const StoredMap::Point& p : map.points) {
     const Eigen::Vector3d& x = p.position_in_map;
-    file.stream() << "point " << p.id << " " << x.x() << " " << x.y() << " " << x.z() << " "
-                  << p.source_keyframe_id << " " << p.confirmed << " " << p.predicted_count << " "
-                  << p.found_count << " " << p.outlier_count << " " << p.born_keyframe_id << " "
-                  << p.observations.size();
+    file << "point " << p.id << " " << x.x() << " " << x.y() << " " << x.z() << " "
+         << p.source_keyframe_id << " " << p.confirmed << " " << p.predicted_count << " "
+         << p.found_count << " " << p.outlier_count << " " << p.born_keyframe_id << " "
+         << p.observations.size();
     for (const StoredMap::Observation& o : p.observations) {
-      file.stream() << " " << o.keyframe_id << " " << o.level << " " << o.pixel.x() << " "
-                    << o.pixel.y();
+      file << " " << o.keyframe_id << " " << o.level << " " << o.pixel.x() << " " << o.pixel.y();
     }
-    file.stream() << "\n";
+    file << "\n";
   }
   file.close();
 }
@@ -200,11 +176,10 @@ void write_image(const cv::Mat& image, const fs::path& path) {
     cv::imencode(".png", image, bytes);
   } catch (const cv::Exception&) {  // the library's way to say that it cannot
   }
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()),
-             static_cast<std::streamsize>(bytes.size()));
+  if (bytes.empty()) throw UnavailableError(path.string() + ": cannot be encoded");
+  FileWriter file(path);
+  file << std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   file.close();
-  if (bytes.empty() || !file) throw UnavailableError(path.string() + ": cannot be written");
 }
 
 void write_images(const StoredMap& map, const fs::path& part, const WrittenImages& earlier) {
@@ -213,8 +188,8 @@ void write_images(const StoredMap& map, const fs::path& part, const WrittenImage
   if (error) throw UnavailableError(part.string() + ": " + error.message());
   for (const StoredMap::Keyframe& k : map.keyframes) {
     const fs::path path = part / "images" / image_name(k.id);
-    const auto it = earlier.images.find(k.id);
-    if (it != earlier.images.end() && it->second.data == k.image.data) {
+    const auto it = earlier.times.find(k.id);
+    if (it != earlier.times.end() && it->second == k.time) {
       fs::create_hard_link(fs::path(earlier.folder) / "images" / path.filename(), path, error);
       if (!error) continue;  // a file system without links: as if it were new
     }
@@ -372,6 +347,12 @@ IsOwn own_map_files(const fs::path& folder) {
     return (is_map || is_part) && relative == name &&
            std::find(kTextFiles.begin(), kTextFiles.end(), name) != kTextFiles.end();
   };
+}
+
+WrittenImages written_images(const StoredMap& map, const std::string& folder) {
+  WrittenImages written{folder, {}};
+  for (const StoredMap::Keyframe& k : map.keyframes) written.times[k.id] = k.time;
+  return written;
 }
 
 void write_core_files(const StoredMap& map, const fs::path& part, const WrittenImages& earlier) {

@@ -13,7 +13,6 @@
 
 #include <filesystem>
 #include <map>
-#include <opencv2/core.hpp>
 #include <string>
 
 #include "procs/slam/folder_swap.h"
@@ -33,11 +32,13 @@ StoredMap read_map_folder(const std::string& folder);
 /// The files of a map folder: those that its foresight.txt names.
 IsOwn own_map_files(const std::filesystem::path& folder);
 
-/// Images that lie in a folder already: those very ones are linked instead of written again.
+/// Images that lie in a folder already: they are linked instead of written again. A keyframe's id
+/// and time name its image.
 struct WrittenImages {
   std::string folder;
-  std::map<int32_t, cv::Mat> images;  // by keyframe
+  std::map<int32_t, Time> times;  // by keyframe
 };
+WrittenImages written_images(const StoredMap& map, const std::string& folder);
 
 /// Only what read_map_folder() needs, into a folder that is there.
 void write_core_files(const StoredMap& map, const std::filesystem::path& part,

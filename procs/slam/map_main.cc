@@ -1,6 +1,7 @@
 // slam-map: saves, loads or forgets the map of a running slam, and says what became of it.
 #include <poll.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -71,6 +72,13 @@ class Asker {
   std::optional<slam_answer_t> answer_;
 };
 
+// One line for a terminal, whoever sent it.
+std::string printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return text;
+}
+
 int give_order(const std::string& robot_url, const std::string& operator_url,
                const slam_command_t& order) {
   const auto answer = Asker(robot_url, operator_url, order).ask();
@@ -78,8 +86,9 @@ int give_order(const std::string& robot_url, const std::string& operator_url,
     throw UnavailableError("no slam answers within " + std::to_string(kSilence.count()) +
                            " s, neither at the robot's nor at the operator's site");
   }
-  if (answer->outcome != slam_answer_t::OUTCOME_DONE) throw UnavailableError(answer->text);
-  std::printf("slam-map: %s\n", answer->text.c_str());
+  if (answer->outcome != slam_answer_t::OUTCOME_DONE)
+    throw UnavailableError(printable(answer->text));
+  std::printf("slam-map: %s\n", printable(answer->text).c_str());
   return kExitDone;
 }
 

@@ -409,9 +409,8 @@ TEST_F(MapFolderTest, OneProgramAtATimeSavesInAFolder) {
 TEST_F(MapFolderTest, ImagesThatLieThereAreNotWrittenAgain) {
   const StoredMap saved = make_map();
   write_map_folder(saved, folder("map"));
-  WrittenImages written{folder("map"), {}};
-  for (const StoredMap::Keyframe& k : saved.keyframes) written.images[k.id] = k.image;
-  written.images[saved.keyframes[0].id] = saved.keyframes[0].image.clone();  // another image
+  WrittenImages written = written_images(saved, folder("map"));
+  written.times[saved.keyframes[0].id].us += 1;  // of another map
   std::filesystem::create_directory(folder("core"));
   write_core_files(saved, folder("core"), written);
   EXPECT_EQ(read_map_folder(folder("core")).points.size(), saved.points.size());

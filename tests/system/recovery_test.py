@@ -28,7 +28,7 @@ class Recovery(RecoveryCase):
     def test_camera(self):
         self.kill("camera", ("slam", "IMAGE", "robot"))
 
-    def test_slam_begins_a_new_map_that_all_follow(self):
+    def test_slam_goes_on_in_its_map_and_all_are_given_it(self):
         self.kill("slam", ("carver", "MAP_DELTA", "robot"), ("mesher", "CARVING_DELTA", "robot"),
                   ("renderer", "MESH", "operator"), ("renderer", "VIEW", "operator"))
 

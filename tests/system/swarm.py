@@ -3,6 +3,7 @@
 A test runs in a network of its own (scripts/private_network), so the default URLs are free.
 """
 import json
+import os
 import pathlib
 import shutil
 import struct
@@ -130,6 +131,7 @@ class Swarm:
             f"clock: {clock}\nexternal: {{operator: [SLAM_COMMAND], robot: [PENDANT]}}\n"
             f"processes:\n{processes}", encoding="utf-8")
         self.run_dir = self.folder / "run"
+        os.environ["XDG_DATA_HOME"] = str(self.folder)  # where slam keeps its map
         self.supervisor = Supervisor(self.run_dir)
 
     def move_run_dir(self, name):
