@@ -1,6 +1,9 @@
 // The reference that the arm's controller makes its joints follow: one trapezoid per joint,
 // re-fitted from its present position and velocity at every command. The controller runs it, and so
-// does whoever predicts the robot: the same commands at the same times give the same motion.
+// does whoever predicts the robot: the same commands at the same times give the same motion. Which
+// commands: those that the controller accepts (procs/wam_controller/README.md, "Who drives"), each
+// at its arrival; stop() when the driver lets go, at its arrival, and at the end of his lease, which
+// is his last accepted arrival + the command time-out.
 //
 //   JointReference reference({.velocity = 1, .acceleration = 1});
 //   reference.rest(now, measured_rad);

@@ -100,8 +100,18 @@ class Bench {
              torque_frame(kGroupUpperTorques, torques).data[5];
     });
   }
+  // An engage that counts begins with a button that is not pressed.
+  void let_go() {
+    reading_.time = command_.time = reading_.time + milliseconds(2);
+    (void)controller_.step(reading_);
+    command_.is_engaged = false;
+    ++command_.seq;
+    (void)controller_.on_command(reading_.time, command_);
+    command_.is_engaged = true;
+  }
   // The arm stands where the reference is, so that it goes on following.
   double step_ns(int steps_per_command) {
+    let_go();
     return measure_ns(count_, [&](int i) {
       reading_.time = reading_.time + milliseconds(2);
       if (i % steps_per_command == 0) {

@@ -27,13 +27,12 @@ void time_ticks(const ArmModel& arm) {
   Robot robot(arm, {}, Time{0});
   std::vector<int32_t> counts(static_cast<size_t>(arm.size()));
   JointVector torque_nm = JointVector::Constant(arm.size(), 0.01);
-  robot.take_torques(torque_nm);
   const auto begin = std::clock();
   for (int i = 0; i < kCount; ++i) {
     robot.tick();
     robot.read_encoders(counts);
     torque_nm = -torque_nm;
-    robot.take_torques(torque_nm);
+    (void)robot.take_torques(robot.now(), torque_nm);
   }
   std::printf("%s: %.1f us per tick (2 ms, 4 substeps)\n", arm.name.c_str(),
               1e6 * cpu_seconds_since(begin) / kCount);

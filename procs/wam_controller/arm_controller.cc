@@ -8,6 +8,8 @@ namespace {
 
 // What quantisation and a late time-stamp may add to a joint's way between two readings.
 constexpr double kJumpTolerance_rad = 0.02;
+// Readings that follow each other, but are older than the last one: that one was the odd one out.
+constexpr int kOlderReadingsWin = 3;
 
 JointVector zeros(int size) { return JointVector::Zero(size); }
 
@@ -35,6 +37,13 @@ const char* to_string(ArmReason reason) {
       return "commands stopped coming";
     case ArmReason::kLetGo:
       return "the operator let go";
+    case ArmReason::kNeedsRelease:
+      return "let go and press again";
+    case ArmReason::kIsWeighed:
+      return "is being weighed";
+    case ArmReason::kWeight:
+      return "holding it takes another torque than its weight: a wrong home position, a load, or "
+             "something pushes";
     case ArmReason::kEncoderJump:
       return "encoder jumped";
     case ArmReason::kTrackingError:
@@ -51,9 +60,10 @@ ArmController::ArmController(const ArmModel& arm, const ControllerOptions& optio
     : arm_(arm),
       options_(options),
       dynamics_(arm, options.gravity_in_base_m_per_s2),
-      gate_(arm.size(), options.command_max_age),
+      gate_({arm.size(), options.command_max_age, options.command_timeout}),
       reference_(options.motion_limits),
       servo_(arm, options.velocity_filter_hz),
+      weighing_(options.weight_tolerance_nm, arm.size()),
       motion_{zeros(arm.size()), zeros(arm.size()), zeros(arm.size())},
       torque_nm_(zeros(arm.size())) {}
 
@@ -61,9 +71,18 @@ bool ArmController::is_active() const {
   return status_.state != ArmState::kIdle && status_.state != ArmState::kFault;
 }
 
+bool ArmController::may_follow() const {
+  const bool is_weight_good = options_.is_weighed_first
+                                  ? weighing_.result() == Weighing::Result::kAgrees
+                                  : weighing_.result() != Weighing::Result::kContradicts;
+  return is_active() && is_weight_good;
+}
+
 void ArmController::enter(ArmState state, ArmReason reason, int joint) {
   status_ = {state, reason, joint};
   if (is_active()) return;
+  gate_.revoke();
+  weighing_.reset();
   torque_nm_.setZero();
   tracking_error_rad_ = 0;
 }
@@ -74,33 +93,44 @@ void ArmController::fail(ArmReason reason, int joint) {
 }
 
 CommandVerdict ArmController::on_command(Time arrival, const ArmCommand& command) {
-  const CommandVerdict verdict = gate_.admit(arrival, command);
-  if (verdict != CommandVerdict::kAccepted) return verdict;
   expire(arrival);
-  command_time_ = command.time;
-  command_arrival_ = arrival;
-  if (command.is_engaged) {
-    follow(arrival, command.position_rad);
-  } else if (status_.state == ArmState::kFollowing) {
+  const CommandVerdict verdict = gate_.admit(arrival, command, may_follow());
+  if (status_.state == ArmState::kFollowing && !gate_.has_driver()) {
     reference_.stop(arrival);
     enter(ArmState::kStopping, ArmReason::kLetGo);
   }
+  const bool is_dealt_with =
+      verdict == CommandVerdict::kAccepted || verdict == CommandVerdict::kNeedsRelease;
+  if (!is_dealt_with || gate_.is_aside(command.session)) return verdict;
+  command_time_ = command.time;
+  command_arrival_ = arrival;
+  if (may_follow()) heed(arrival, command);
   return verdict;
+}
+
+// Of an arm that may follow: a command that comes from the driver, or while nobody drives.
+void ArmController::heed(Time arrival, const ArmCommand& command) {
+  if (gate_.has_driver()) {
+    follow(arrival, command.position_rad);
+  } else if (command.is_engaged) {
+    enter(status_.state, ArmReason::kNeedsRelease);
+  } else if (status_.reason == ArmReason::kNeedsRelease) {
+    enter(status_.state, ArmReason::kLetGo);
+  }
 }
 
 void ArmController::follow(Time arrival, const JointVector& target_rad) {
   const JointVector inside = arm_.clamp(target_rad, options_.limit_margin_rad);
   if (inside != target_rad) ++commands_limited_;
-  if (!is_active()) return;
   reference_.follow(arrival, inside);
   enter(ArmState::kFollowing, ArmReason::kNone);
 }
 
-// The stop begins exactly when the time is over, however late this is noticed.
+// The stop begins exactly when the driver's lease is over, however late this is noticed.
 void ArmController::expire(Time now) {
-  const Time end = command_arrival_ + options_.command_timeout;
-  if (status_.state != ArmState::kFollowing || now <= end) return;
-  reference_.stop(end);
+  gate_.expire(now);
+  if (status_.state != ArmState::kFollowing || gate_.has_driver()) return;
+  reference_.stop(std::min(now, command_arrival_ + options_.command_timeout));
   enter(ArmState::kStopping, ArmReason::kCommandsEnded);
 }
 
@@ -116,7 +146,7 @@ const JointVector& ArmController::step(const ArmReading& reading) {
 bool ArmController::take_encoders(const ArmReading& reading) {
   const Duration since_last = reading.time - time_;
   const bool is_gap = !has_reading_ || since_last > options_.encoder_timeout ||
-                      since_last < options_.encoder_timeout * -1;
+                      since_last < options_.encoder_timeout * -1 || is_another_stream(reading.time);
   if (!is_gap && since_last.us <= 0) return false;
   time_ = reading.time;
   has_reading_ = true;
@@ -134,6 +164,19 @@ bool ArmController::take_encoders(const ArmReading& reading) {
   }
   servo_.reset(reading.position_rad);
   if (is_active()) fail(ArmReason::kEncoderJump, jumped);
+  return true;
+}
+
+// One reading from the future must not make all others old: the stream that keeps coming wins.
+bool ArmController::is_another_stream(Time reading) {
+  if (reading >= time_) {
+    older_in_a_row_ = 0;
+    return false;
+  }
+  older_in_a_row_ = older_in_a_row_ > 0 && reading > older_time_ ? older_in_a_row_ + 1 : 1;
+  older_time_ = reading;
+  if (older_in_a_row_ < kOlderReadingsWin) return false;
+  older_in_a_row_ = 0;
   return true;
 }
 
@@ -162,7 +205,8 @@ void ArmController::heed_safety(const ArmReading& reading) {
 void ArmController::activate() {
   servo_.reset(servo_.position_rad());
   reference_.rest(time_, servo_.position_rad());
-  enter(ArmState::kHolding, ArmReason::kNoCommandYet);
+  enter(ArmState::kHolding,
+        options_.is_weighed_first ? ArmReason::kIsWeighed : ArmReason::kNoCommandYet);
 }
 
 void ArmController::control() {
@@ -183,7 +227,22 @@ void ArmController::control() {
       dynamics_.torque_nm(servo_.position_rad(), moves ? motion_.velocity_rad_per_s : rest,
                           moves ? motion_.acceleration_rad_per_s2 : rest);
   torque_nm_ = servo_.torque_nm(motion_, feed_forward, dt_s_);
-  if (!torque_nm_.allFinite()) fail(ArmReason::kNoNumber, -1);
+  if (!torque_nm_.allFinite()) return fail(ArmReason::kNoNumber, -1);
+  weigh(feed_forward);
+}
+
+// At rest the feed-forward is the weight alone.
+void ArmController::weigh(const JointVector& weight_nm) {
+  if (status_.state != ArmState::kHolding) return weighing_.pause();
+  const Weighing::Result before = weighing_.result();
+  weighing_.add(dt_s_, torque_nm_ - weight_nm);
+  if (weighing_.result() == before) return;
+  if (weighing_.result() == Weighing::Result::kContradicts) {
+    gate_.revoke();
+    enter(ArmState::kHolding, ArmReason::kWeight, weighing_.worst_joint());
+  } else if (status_.reason == ArmReason::kWeight || status_.reason == ArmReason::kIsWeighed) {
+    enter(ArmState::kHolding, ArmReason::kNoCommandYet);
+  }
 }
 
 void ArmController::on_time(Time now) {

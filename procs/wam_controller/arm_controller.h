@@ -9,11 +9,19 @@
 // The reference depends on the admitted commands and their arrival times alone, not on when steps
 // happen, so that JointReference in another process repeats it. States and who changes them:
 //
-//   idle ──board ACTIVE──► holding ──engaged command──► following ──time-out, let go──► stopping
-//    ▲ board not ACTIVE,      ▲ reference at rest ◄──────────────────────────────────────┘
-//    └ no encoders            (engaged commands lead from stopping to following, too)
+//   idle ──board ACTIVE──► holding ──fresh engage──► following ──time-out, let go──► stopping
+//    ▲ board not ACTIVE,      ▲ reference at rest ◄───────────────────────────────────┘
+//    └ no encoders            (a fresh engage leads from stopping to following, too)
 //   any ──board's fault; encoder jump or large tracking error while active──► fault
 //   fault ──board was IDLE and is ACTIVE again──► holding
+//
+// A fresh engage (command_gate.h): nobody drives, and the sender was seen let go since the arm
+// became active and since its commands were last silent. So nothing that was pressed before a
+// start, an E-STOP, a fault or a gap moves the arm after it: let go, and press again.
+//
+// While it holds at rest, what that takes is compared with the arm's weight in that posture. If
+// they contradict each other for a second (a wrong home position, a load, somebody who leans on
+// it), it goes on holding and follows nobody until they agree again.
 //
 // Torques are zero in idle and fault. on_command() and step() neither allocate nor throw.
 #pragma once
@@ -24,13 +32,14 @@
 #include "procs/wam_controller/arm_hardware.h"
 #include "procs/wam_controller/command_gate.h"
 #include "procs/wam_controller/joint_servo.h"
+#include "procs/wam_controller/weighing.h"
 
 namespace foresight {
 
 struct ControllerOptions {
   MotionLimits motion_limits;           // of the reference: rad/s, rad/s²
   double limit_margin_rad = 0.05;       // targets stay this far inside the joint limits
-  Duration command_timeout{500'000};    // without commands for this long it ramps down
+  Duration command_timeout{500'000};    // the driver's lease: silent for longer, it ramps down
   Duration command_max_age{2'000'000};  // older ones are dropped
   Duration encoder_timeout{100'000};    // without encoders for this long it is idle
   double encoder_jump_rad_per_s = 20;   // joints cannot be faster: the encoder has jumped
@@ -38,6 +47,8 @@ struct ControllerOptions {
   double velocity_filter_hz = 100;
   bool inertia_feed_forward = true;
   Eigen::Vector3d gravity_in_base_m_per_s2{0, 0, -9.81};
+  double weight_tolerance_nm = 3;  // of each joint, between what holding takes and its weight
+  bool is_weighed_first = false;   // before it follows, after each activation
 };
 
 enum class ArmState : int8_t { kIdle = 0, kHolding, kFollowing, kStopping, kFault };
@@ -50,6 +61,9 @@ enum class ArmReason : uint8_t {
   kNoCommandYet,
   kCommandsEnded,
   kLetGo,
+  kNeedsRelease,
+  kIsWeighed,
+  kWeight,
   kEncoderJump,
   kTrackingError,
   kSafetyFault,
@@ -71,7 +85,7 @@ struct ArmSnapshot {
   JointVector position_rad, velocity_rad_per_s;
   JointMotion reference;
   JointVector target_rad;
-  Time command_time, command_arrival;  // 0: none yet
+  Time command_time, command_arrival;  // of the newest one dealt with; 0: none yet
 };
 
 class ArmController {
@@ -86,20 +100,27 @@ class ArmController {
   void on_time(Time now);
 
   const ArmStatus& status() const { return status_; }
-  const CommandCounts& counts() const { return gate_.counts(); }
+  /// Who drives, and what became of the commands.
+  const CommandGate& gate() const { return gate_; }
   int64_t commands_limited() const { return commands_limited_; }
   /// Of the last reading; reference and target are the measured position unless active.
   ArmSnapshot snapshot() const;
   /// Largest |reference − measured| of a joint in the last step; 0 unless active.
   double tracking_error_rad() const { return tracking_error_rad_; }
+  /// Largest |torque that holding takes − weight| of a joint; 0 while it does not hold at rest.
+  double weight_error_nm() const { return weighing_.error_nm(); }
 
  private:
   bool is_active() const;
+  bool may_follow() const;
+  void weigh(const JointVector& weight_nm);
   void enter(ArmState state, ArmReason reason, int joint = -1);
   void fail(ArmReason reason, int joint);
   void expire(Time now);
+  void heed(Time arrival, const ArmCommand& command);
   void follow(Time arrival, const JointVector& target_rad);
   bool take_encoders(const ArmReading& reading);
+  bool is_another_stream(Time reading);
   void heed_safety(const ArmReading& reading);
   void activate();
   void control();
@@ -116,9 +137,12 @@ class ArmController {
   bool board_was_idle_ = false;  // since the fault
   bool has_reading_ = false;
   Time time_;        // of the last reading
+  Time older_time_;  // of the last one that was older than that
+  int older_in_a_row_ = 0;
   double dt_s_ = 0;  // before it
   Time command_time_, command_arrival_;
   int64_t commands_limited_ = 0;
+  Weighing weighing_;
   JointMotion motion_;
   JointVector torque_nm_;
   double tracking_error_rad_ = 0;

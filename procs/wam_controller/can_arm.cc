@@ -18,10 +18,7 @@ constexpr int kMaxBoardSilence = 5;
 }  // namespace
 
 CanArm::CanArm(CanBus& bus, const ArmModel& arm, const JointVector& torque_units_per_nm)
-    : bus_(bus),
-      transmission_(arm),
-      home_rad_(arm.home()),
-      torque_units_per_nm_(torque_units_per_nm) {
+    : bus_(bus), transmission_(arm), torque_units_per_nm_(torque_units_per_nm) {
   FORESIGHT_CHECK(torque_units_per_nm.size() == arm.size());
 }
 
@@ -32,15 +29,28 @@ bool CanArm::send(const CanFrame& frame) {
 }
 
 bool CanArm::start() {
-  const bool woken = send(set_frame(group_address(kGroupAll), kPropertyStatus, kStatusReady));
-  if (!woken || !collect_positions()) return false;
-  const JointVector home_counts = transmission_.motor_counts(home_rad_);
-  for (int i = 0; i < transmission_.size(); ++i) {
-    const auto motor = static_cast<size_t>(i);
-    counts_at_zero_[motor] =
-        position_counts_[motor] - static_cast<int32_t>(std::lround(home_counts[i]));
+  ask_whether_they_run();
+  return send(set_frame(group_address(kGroupAll), kPropertyStatus, kStatusReady)) &&
+         collect_positions();
+}
+
+// A puck that was switched on and not woken since answers with another status, or not at all.
+void CanArm::ask_whether_they_run() {
+  running_ = 0;
+  CanFrame frame;
+  for (int motor = 0; motor < transmission_.size(); ++motor) {
+    if (!send(get_frame(node_address(motor + 1), kPropertyStatus))) return;
+    for (int i = 0; i < kMaxFramesPerRead && bus_.receive(kPositionWait, &frame); ++i) {
+      take(frame);
+      if ((running_ >> motor & 1) != 0) break;
+    }
   }
-  return true;
+}
+
+void CanArm::set_zero(std::span<const int32_t> counts_at_zero) {
+  FORESIGHT_CHECK(static_cast<int>(counts_at_zero.size()) == transmission_.size());
+  std::copy(counts_at_zero.begin(), counts_at_zero.end(), counts_at_zero_.begin());
+  has_zero_ = true;
 }
 
 void CanArm::take(const CanFrame& frame) {
@@ -53,6 +63,8 @@ void CanArm::take(const CanFrame& frame) {
   if (feedback->property == kPropertyPosition && motor < transmission_.size()) {
     position_counts_[static_cast<size_t>(motor)] = feedback->value;
     answered_ |= 1u << motor;
+  } else if (feedback->property == kPropertyStatus && motor < transmission_.size()) {
+    if (feedback->value == kStatusReady) running_ |= 1u << motor;
   } else if (feedback->node == kNodeSafetyBoard && feedback->property == kPropertyMode) {
     const bool is_known = feedback->value == static_cast<int>(Safety::kIdle) ||
                           feedback->value == static_cast<int>(Safety::kActive);
@@ -67,13 +79,12 @@ bool CanArm::collect_positions() {
   for (int i = 0; i < kMaxFramesPerRead && bus_.receive({0}, &frame); ++i) take(frame);
   answered_ = 0;
   if (!send(get_frame(group_address(kGroupAll), kPropertyPosition))) return false;
-  const uint32_t all = (1u << transmission_.size()) - 1;
-  for (int i = 0; i < kMaxFramesPerRead && answered_ != all; ++i) {
+  for (int i = 0; i < kMaxFramesPerRead && answered_ != all_motors(); ++i) {
     if (!bus_.receive(kPositionWait, &frame)) break;
     take(frame);
   }
-  if (answered_ != all) ++counts_.incomplete_reads;
-  return answered_ == all;
+  if (answered_ != all_motors()) ++counts_.incomplete_reads;
+  return answered_ == all_motors();
 }
 
 // Its answer comes in with the positions. A board that says nothing counts as stopped.
@@ -86,7 +97,7 @@ void CanArm::ask_safety_board() {
 
 bool CanArm::read(Time now, ArmReading* reading) {
   ask_safety_board();
-  if (!collect_positions()) return false;
+  if (!collect_positions() || !has_zero_) return false;
   std::array<int32_t, kMaxJoints> counts{};
   const auto size = static_cast<size_t>(transmission_.size());
   for (size_t i = 0; i < size; ++i) counts[i] = position_counts_[i] - counts_at_zero_[i];

@@ -11,7 +11,8 @@ struct WamControllerParams {
   std::string hardware = "sim";
   std::string can_interface = "can0";
   std::string can_torque_units_per_nm;
-  bool can_arm_is_at_home = false;
+  double can_home_confirmed_at_s = 0;
+  std::string can_home_file = "out/run/can_home.txt";
   double velocity_limit_rad_per_s = 1;
   double acceleration_limit_rad_per_s2 = 1;
   double limit_margin_rad = 0.05;
@@ -20,6 +21,7 @@ struct WamControllerParams {
   double encoder_timeout_s = 0.1;
   double encoder_jump_rad_per_s = 20;
   double tracking_error_limit_rad = 0.15;
+  double weight_tolerance_nm = 3;
   double velocity_filter_hz = 100;
   bool inertia_feed_forward = true;
   double base_roll_rad = 0;
@@ -36,8 +38,15 @@ struct WamControllerParams {
     v("can_interface", can_interface, {.doc = "network interface of the CAN bus"});
     v("can_torque_units_per_nm", can_torque_units_per_nm,
       {.doc = "of each motor, separated by spaces: the pucks' property IPNM (needed by can)"});
-    v("can_arm_is_at_home", can_arm_is_at_home,
-      {.doc = "true: the arm now stands in the home position of its file (needed by can)"});
+    v("can_home_confirmed_at_s", can_home_confirmed_at_s,
+      {.unit = "s",
+       .min = 0,
+       .max = 1e11,
+       .doc =
+           "can: when you saw the arm in the home position of its file: $(date +%s). Counts once, "
+           "for 15 minutes, and is needed after the motor controllers were switched on"});
+    v("can_home_file", can_home_file,
+      {.doc = "can: where the motors' zero is kept for a restart while they keep counting"});
     v("velocity_limit_rad_per_s", velocity_limit_rad_per_s,
       {.unit = "rad/s", .min = 0.01, .max = 10, .doc = "of the reference of each joint"});
     v("acceleration_limit_rad_per_s2", acceleration_limit_rad_per_s2,
@@ -57,6 +66,11 @@ struct WamControllerParams {
       {.unit = "rad/s", .min = 1, .max = 1000, .doc = "a joint that seems faster is a fault"});
     v("tracking_error_limit_rad", tracking_error_limit_rad,
       {.unit = "rad", .min = 0.001, .max = 3, .doc = "a joint further from its reference: fault"});
+    v("weight_tolerance_nm", weight_tolerance_nm,
+      {.unit = "N*m",
+       .min = 0.1,
+       .max = 1000,
+       .doc = "an arm that takes another torque to hold than its weight by more follows nobody"});
     v("velocity_filter_hz", velocity_filter_hz,
       {.unit = "Hz", .min = 1, .max = 250, .doc = "corner of the low pass on joint velocities"});
     v("inertia_feed_forward", inertia_feed_forward,

@@ -2,56 +2,16 @@
 
 #include <sys/mman.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <sstream>
 
 #include "common/realtime.h"
-#include "procs/wam_controller/can_socket.h"
+#include "procs/wam_controller/controller_options.h"
 
 namespace foresight {
 namespace {
 
 constexpr int kRealtimePriority = 20;  // above the link
 constexpr Duration kPeriod = milliseconds(2);
-constexpr double kGravity_m_per_s2 = 9.81;
-
-ControllerOptions options_of(const WamControllerParams& p) {
-  using Eigen::AngleAxisd, Eigen::Vector3d;
-  const Eigen::Matrix3d level_from_base = (AngleAxisd(p.base_pitch_rad, Vector3d::UnitY()) *
-                                           AngleAxisd(p.base_roll_rad, Vector3d::UnitX()))
-                                              .toRotationMatrix();
-  return {
-      .motion_limits = {p.velocity_limit_rad_per_s, p.acceleration_limit_rad_per_s2},
-      .limit_margin_rad = p.limit_margin_rad,
-      .command_timeout = seconds(p.command_timeout_s),
-      .command_max_age = seconds(p.command_max_age_s),
-      .encoder_timeout = seconds(p.encoder_timeout_s),
-      .encoder_jump_rad_per_s = p.encoder_jump_rad_per_s,
-      .tracking_error_limit_rad = p.tracking_error_limit_rad,
-      .velocity_filter_hz = p.velocity_filter_hz,
-      .inertia_feed_forward = p.inertia_feed_forward,
-      .gravity_in_base_m_per_s2 = level_from_base.transpose() * Vector3d(0, 0, -kGravity_m_per_s2)};
-}
-
-void check_margin(const ArmModel& arm, const WamControllerParams& params) {
-  for (const ArmJoint& joint : arm.joints) {
-    if (joint.upper_rad - joint.lower_rad > 2 * params.limit_margin_rad) continue;
-    throw ConfigError("limit_margin_rad: leaves a joint of " + params.arm_file + " no room");
-  }
-}
-
-JointVector torque_units_of(const WamControllerParams& params, int joint_count) {
-  std::istringstream words(params.can_torque_units_per_nm);
-  JointVector units(joint_count);
-  for (int i = 0; i < joint_count; ++i) {
-    if (!(words >> units[i]) || !(units[i] > 0)) {
-      throw ConfigError("can_torque_units_per_nm: needs " + std::to_string(joint_count) +
-                        " numbers above 0: the pucks' property IPNM");
-    }
-  }
-  return units;
-}
 
 ArmCommand read(const joint_command_t& m) {
   const auto count = std::min<size_t>(m.position_rad.size(), kMaxJoints);
@@ -80,6 +40,7 @@ WamControllerProcess::WamControllerProcess(Node& node, const WamControllerParams
     messages_ = std::make_unique<EncoderSource>(node, [this] { step(); });
   } else {
     node.every(kPeriod, "control", [this] { step(); });
+    node.every(seconds(1), "keep home", [this] { keep_home(); });
   }
   node.every(milliseconds(100), "state", [this] { on_timer(); });
 }
@@ -92,25 +53,11 @@ void WamControllerProcess::start() {
     messages_->start(arm, seconds(params_.encoder_timeout_s));
     hardware_ = messages_.get();
   } else {
-    start_can(arm);
+    can_.emplace(start_can_arm(params_, arm, node_.now()));
+    hardware_ = can_->arm.get();
   }
   start_realtime();
   report_health();
-}
-
-void WamControllerProcess::start_can(const ArmModel& arm) {
-  const JointVector units = torque_units_of(params_, arm.size());
-  if (!params_.can_arm_is_at_home) {
-    throw ConfigError("can_arm_is_at_home: must be true: put the arm into the home position of " +
-                      params_.arm_file + " first, because pucks count from where they woke up");
-  }
-  can_bus_ = std::make_unique<CanSocket>(params_.can_interface);
-  can_arm_ = std::make_unique<CanArm>(*can_bus_, arm, units);
-  if (!can_arm_->start()) {
-    throw UnavailableError("can_interface: " + params_.can_interface +
-                           ": not all motor controllers answer");
-  }
-  hardware_ = can_arm_.get();
 }
 
 void WamControllerProcess::start_realtime() {
@@ -121,8 +68,20 @@ void WamControllerProcess::start_realtime() {
 }
 
 void WamControllerProcess::on_command(const joint_command_t& message) {
-  [[maybe_unused]] const auto verdict = controller_->on_command(node_.now(), read(message));
+  const ArmCommand command = read(message);
+  watch_.on_command(node_.now(), command, controller_->on_command(node_.now(), command));
   report_change();
+}
+
+// Where the arm was last seen, for the next start. A file takes its time: not in this thread.
+void WamControllerProcess::keep_home() {
+  const auto counts = can_->arm->position_counts();
+  can_->home.counts_last_seen.assign(counts.begin(), counts.end());
+  const auto job = [this, path = params_.can_home_file, home = can_->home] {
+    const bool is_kept = keep_home_reference(path, home);
+    return [this, is_kept] { node_.set_metric("can_home_kept", is_kept ? 1 : 0); };
+  };
+  if (!node_.run_beside(job, milliseconds(1))) node_.set_metric("can_home_kept", 0);
 }
 
 // One control step: at each ARM_ENCODERS message, or by timer on the CAN bus.
@@ -145,13 +104,27 @@ void WamControllerProcess::step() {
 
 void WamControllerProcess::on_timer() {
   controller_->on_time(node_.now());
-  report_change();
+  watch_.on_time(node_.now(), malformed_commands());
   publish_state();
+  report_health();
   set_metrics();
 }
 
+// Datagrams that are no command at all (NaN, say) never get as far as the controller.
+int64_t WamControllerProcess::malformed_commands() const {
+  for (const PortRecord& port : node_.ports()) {
+    if (port.is_input && port.spec.channel == "JOINT_COMMAND") return port.rejected;
+  }
+  return 0;
+}
+
+WamControllerProcess::Reported WamControllerProcess::present() const {
+  const CommandGate& gate = controller_->gate();
+  return {controller_->status(), gate.driver_session(), gate.needs_release()};
+}
+
 void WamControllerProcess::report_change() {
-  if (controller_->status() == reported_) return;
+  if (present() == reported_) return;
   publish_state();
   report_health();
 }
@@ -165,16 +138,19 @@ std::string WamControllerProcess::reason() const {
 }
 
 void WamControllerProcess::publish_state() {
-  reported_ = controller_->status();
-  const CommandCounts& counts = controller_->counts();
+  reported_ = present();
+  const CommandGate& gate = controller_->gate();
   controller_state_t m{};
   m.utime = node_.now().us;
-  m.state = static_cast<int8_t>(reported_.state);
+  m.state = static_cast<int8_t>(reported_.status.state);
   m.reason = reason();
-  m.commands_accepted = counts.accepted;
-  m.commands_out_of_order = counts.out_of_order;
-  m.commands_stale = counts.stale;
-  m.commands_refused = counts.refused;
+  m.driver_session = reported_.driver_session;
+  m.needs_release = reported_.needs_release ? 1 : 0;
+  m.commands_accepted = gate.count(CommandVerdict::kAccepted);
+  m.commands_out_of_order = gate.count(CommandVerdict::kOutOfOrder);
+  m.commands_stale = gate.count(CommandVerdict::kStale);
+  m.commands_refused = gate.count(CommandVerdict::kMisshapen) + gate.count(CommandVerdict::kAhead);
+  m.commands_of_others = gate.count(CommandVerdict::kOfOthers);
   m.commands_limited = controller_->commands_limited();
   m.velocity_limit_rad_per_s = params_.velocity_limit_rad_per_s;
   m.acceleration_limit_rad_per_s2 = params_.acceleration_limit_rad_per_s2;
@@ -199,23 +175,34 @@ void WamControllerProcess::publish_joints() {
   joint_states_.publish(m);
 }
 
+// What is said of commands concerns an arm that could move.
 void WamControllerProcess::report_health() {
   const ArmState state = controller_->status().state;
   if (state == ArmState::kIdle) return node_.set_state(ProcessState::kWaiting, reason());
-  if (state == ArmState::kFault) return node_.set_state(ProcessState::kDegraded, reason());
+  const bool is_wrong =
+      state == ArmState::kFault || controller_->status().reason == ArmReason::kWeight;
+  if (is_wrong) return node_.set_state(ProcessState::kDegraded, reason());
+  if (!watch_.complaint().empty()) {
+    return node_.set_state(ProcessState::kDegraded, watch_.complaint());
+  }
   node_.set_state(ProcessState::kOk,
                   has_realtime_ ? "" : "without real-time scheduling: late steps under load");
 }
 
 void WamControllerProcess::set_metrics() {
+  node_.set_metric("command_age_ms", watch_.age_ms());
+  node_.set_metric("operator_clock_ahead_ms", watch_.clock_ahead_ms());
+  node_.set_metric("commands_needing_release",
+                   static_cast<double>(controller_->gate().count(CommandVerdict::kNeedsRelease)));
   node_.set_metric("tracking_error_max_rad", largest_error_rad_);
+  node_.set_metric("weight_error_nm", controller_->weight_error_nm());
   node_.set_metric("safety_warning", is_warning_ ? 1 : 0);
   largest_error_rad_ = 0;
-  if (!can_arm_) return;
-  node_.set_metric("can_send_errors", static_cast<double>(can_arm_->counts().send_errors));
-  node_.set_metric("can_incomplete_reads",
-                   static_cast<double>(can_arm_->counts().incomplete_reads));
-  node_.set_metric("can_unknown_frames", static_cast<double>(can_arm_->counts().unknown_frames));
+  if (!can_) return;
+  const CanArmCounts& counts = can_->arm->counts();
+  node_.set_metric("can_send_errors", static_cast<double>(counts.send_errors));
+  node_.set_metric("can_incomplete_reads", static_cast<double>(counts.incomplete_reads));
+  node_.set_metric("can_unknown_frames", static_cast<double>(counts.unknown_frames));
 }
 
 }  // namespace foresight

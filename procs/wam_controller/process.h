@@ -10,7 +10,8 @@
 #include "foresight/joint_command_t.hpp"
 #include "foresight/joint_state_t.hpp"
 #include "procs/wam_controller/arm_controller.h"
-#include "procs/wam_controller/can_arm.h"
+#include "procs/wam_controller/can_start.h"
+#include "procs/wam_controller/command_watch.h"
 #include "procs/wam_controller/encoder_source.h"
 #include "procs/wam_controller/params.h"
 #include "procs/wam_controller/period_jitter.h"
@@ -29,7 +30,7 @@ class WamControllerProcess : public Process {
   void start() override;
 
  private:
-  void start_can(const ArmModel& arm);
+  void keep_home();
   void start_realtime();
   void on_command(const joint_command_t& message);
   void on_timer();
@@ -40,6 +41,7 @@ class WamControllerProcess : public Process {
   void report_health();
   void set_metrics();
   std::string reason() const;
+  int64_t malformed_commands() const;
 
   Node& node_;
   WamControllerParams params_;
@@ -47,11 +49,18 @@ class WamControllerProcess : public Process {
   Publisher<controller_state_t> states_;
   std::optional<ArmController> controller_;  // from start() on
   std::unique_ptr<EncoderSource> messages_;
-  std::unique_ptr<CanBus> can_bus_;
-  std::unique_ptr<CanArm> can_arm_;
+  std::optional<StartedCanArm> can_;
   ArmHardware* hardware_ = nullptr;
   PeriodJitter jitter_;
-  ArmStatus reported_;
+  CommandWatch watch_;
+  struct Reported {
+    ArmStatus status;
+    int64_t driver_session = 0;
+    bool needs_release = true;
+    bool operator==(const Reported&) const = default;
+  };
+  Reported present() const;
+  Reported reported_;
   std::string board_fault_;  // the safety board's own words
   bool is_warning_ = false, has_realtime_ = true;
   double largest_error_rad_ = 0;  // since the last timer

@@ -48,20 +48,25 @@ void SafetyBoard::press(int8_t button, Time now) {
     mode_ = SafetyMode::kActive;
     fault_.clear();
     heart_beats_ = false;
+    torques_in_a_row_ = excessive_in_a_row_ = 0;
   }
 }
 
 void SafetyBoard::on_torques(const JointVector& motor_torque_nm, Time now) {
   if (mode_ != SafetyMode::kActive) return;
-  heart_beats_ = true;
+  const bool is_late = now - last_torques_ > limits_.heartbeat;
+  torques_in_a_row_ = is_late ? 1 : std::min(torques_in_a_row_ + 1, kTorquesToBegin);
+  heart_beats_ = heart_beats_ || torques_in_a_row_ == kTorquesToBegin;
   last_torques_ = now;
-  for (int i = 0; i < motor_torque_nm.size(); ++i) {
-    if (std::abs(motor_torque_nm[i]) <= limits_.motor_torque_nm[i]) continue;
-    char text[80];
-    std::snprintf(text, sizeof text, "torque of motor %d at %.2f N·m, limit %.2f", i + 1,
-                  motor_torque_nm[i], limits_.motor_torque_nm[i]);
-    return go_idle(text, now);
-  }
+  Eigen::Index worst = 0;
+  const double excess_nm = (motor_torque_nm.cwiseAbs() - limits_.motor_torque_nm).maxCoeff(&worst);
+  excessive_in_a_row_ = excess_nm > 0 ? excessive_in_a_row_ + 1 : 0;
+  if (excessive_in_a_row_ < kTorquesToFault) return;
+  char text[80];
+  std::snprintf(text, sizeof text, "torque of motor %d at %.2f N·m, limit %.2f",
+                static_cast<int>(worst) + 1, motor_torque_nm[worst],
+                limits_.motor_torque_nm[worst]);
+  go_idle(text, now);
 }
 
 void SafetyBoard::watch(const ArmSpeeds& speeds, Time now) {

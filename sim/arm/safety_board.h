@@ -12,8 +12,11 @@
 //     ▲ press e-stop, or     ▲ press idle, or a fault  │
 //     └─ too fast 0.5 s after └────────────────────────┘
 //
-// Behaviour and limits are those of the WAM's board (manufacturer's manual). No allocation but for
-// the text of a fault, no exceptions.
+// Behaviour and limits are those of the WAM's board (manufacturer's manual), but that torques come
+// as messages here, which anybody may send: one odd one out must not stop the arm. So the
+// controller counts as begun after kTorquesToBegin in a row, and too much torque is a fault when it
+// is asked for kTorquesToFault times in a row (the motors give their limit meanwhile). No
+// allocation but for the text of a fault, no exceptions.
 #pragma once
 
 #include <cstdint>
@@ -43,13 +46,16 @@ struct ArmSpeeds {
 ArmSpeeds measure_speeds(const ArmDynamics& dynamics, const JointVector& position_rad,
                          const JointVector& velocity_rad_per_s);
 
+constexpr int kTorquesToBegin = 3;
+constexpr int kTorquesToFault = 3;
+
 class SafetyBoard {
  public:
   SafetyBoard(const SafetyLimits& limits, SafetyMode start);
 
   /// A button of pendant_t; others do nothing.
   void press(int8_t button, Time now);
-  /// Torques asked of the motors; the heartbeat is watched from the first ones after activation on.
+  /// Torques asked of the motors; the heartbeat is watched once the controller has begun.
   void on_torques(const JointVector& motor_torque_nm, Time now);
   void watch(const ArmSpeeds& speeds, Time now);
 
@@ -57,7 +63,7 @@ class SafetyBoard {
   void pass_over(Duration gap);
 
   SafetyMode mode() const { return mode_; }
-  /// The controller drives the motors: active, and torques have come since activation.
+  /// The controller drives the motors: active, and it has begun since.
   bool is_driven() const { return mode_ == SafetyMode::kActive && heart_beats_; }
   bool is_warning() const { return is_warning_; }
   /// Why it left ACTIVE; empty while there is no fault.
@@ -71,7 +77,9 @@ class SafetyBoard {
   SafetyMode mode_;
   std::string fault_;
   bool is_warning_ = false;
-  bool heart_beats_ = false;  // torques have come since activation
+  bool heart_beats_ = false;    // the controller has begun since activation
+  int torques_in_a_row_ = 0;    // until it has
+  int excessive_in_a_row_ = 0;  // torques above a motor's limit
   Time last_torques_, idle_since_;
 };
 

@@ -11,6 +11,7 @@ namespace foresight::sim {
 namespace {
 
 constexpr int64_t kMaxTicksAtOnce = 10;           // to catch up with the host's clock
+constexpr int64_t kTooManyRefused = 3;            // torques in a second
 constexpr Duration kLookEvery = milliseconds(1);  // for whether the own clock may go on
 
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
@@ -158,10 +159,12 @@ void SimProcess::on_torques(const arm_torques_t& message) {
   if (message.n_motors != robot_->joint_count()) {
     return node_.reject_message("ARM_TORQUES", "has another number of motors than the arm");
   }
-  if (message.utime > robot_->now().us) {
-    return node_.reject_message("ARM_TORQUES", "answers a reading that is still to come");
+  if (!robot_->take_torques({message.utime},
+                            JointVector::Map(message.motor_torque_nm.data(), message.n_motors))) {
+    ++refused_torques_;
+    return node_.reject_message("ARM_TORQUES",
+                                "answers no reading of this arm, or one that is answered already");
   }
-  robot_->take_torques(JointVector::Map(message.motor_torque_nm.data(), message.n_motors));
   pacer_.on_torques(message.utime == robot_->now().us);
   if (has_own_clock_) run_at_own_pace();
 }
@@ -170,6 +173,7 @@ void SimProcess::report() {
   const double wall_s = (node_.now() - reported_at_).seconds();
   if (wall_s <= 0) return;
   const double factor = (robot_->now() - robot_then_).seconds() / wall_s;
+  node_.set_metric("refused_torques", static_cast<double>(refused_torques_));
   node_.set_metric("time_s", static_cast<double>(ticks_) * kTick.seconds());
   node_.set_metric("real_time_factor", std::round(1e3 * factor) / 1e3);
   if (has_own_clock_) {
@@ -190,6 +194,7 @@ void SimProcess::report() {
   tick_time_ = {0};
   ticks_then_ = ticks_;
   lost_then_ = lost_ticks_;
+  refused_then_ = refused_torques_;
   skipped_then_ = photographer_ ? photographer_->skipped() : 0;
   reported_at_ = node_.now();
   robot_then_ = robot_->now();
@@ -204,6 +209,9 @@ void SimProcess::report_state() {
     node_.set_state(ProcessState::kDegraded, mode + why);
   } else if (!board.is_driven()) {
     node_.set_state(ProcessState::kWaiting, "no torques from the controller yet");
+  } else if (const int64_t refused = refused_torques_ - refused_then_; refused >= kTooManyRefused) {
+    node_.set_state(ProcessState::kDegraded,
+                    "somebody else sends torques, too: " + std::to_string(refused) + " refused");
   } else if (lost_ticks_ > lost_then_) {
     node_.set_state(ProcessState::kDegraded, "this machine cannot keep up: time was lost");
   } else if (skipped > 0) {

@@ -48,10 +48,11 @@ class SimProcess : public Process {
   std::unique_ptr<Photographer> photographer_;  // none without a camera
   std::unique_ptr<Robot> robot_;                // since start()
   int64_t ticks_ = 0, lost_ticks_ = 0, truth_every_ = 0;
+  int64_t refused_torques_ = 0;
   Duration tick_time_{0};
   // Of the last report.
   Time reported_at_, robot_then_;
-  int64_t ticks_then_ = 0, lost_then_ = 0, skipped_then_ = 0;
+  int64_t ticks_then_ = 0, lost_then_ = 0, skipped_then_ = 0, refused_then_ = 0;
 };
 
 }  // namespace foresight::sim

@@ -11,8 +11,10 @@ Robot::Robot(const ArmModel& arm, const RobotParams& params, Time start)
              params.start_mode),
       base_(params.base),
       history_(milliseconds(500)),
+      heartbeat_(params.heartbeat),
       start_(start),
       now_(start),
+      answered_(start),
       motor_torque_nm_(JointVector::Zero(arm.size())) {
   history_.add(now_, plant_.state());
 }
@@ -36,12 +38,16 @@ MotorMode Robot::motor_mode() const {
   return board_.is_driven() ? MotorMode::kDriven : MotorMode::kBraking;
 }
 
-void Robot::take_torques(const JointVector& motor_torque_nm) {
+bool Robot::take_torques(Time reading, const JointVector& motor_torque_nm) {
   FORESIGHT_CHECK(motor_torque_nm.size() == joint_count());
+  const bool is_next = answered_ < reading && reading <= now_ && reading >= now_ - heartbeat_;
+  if (!is_next || (reading - start_).us % kTick.us != 0) return false;
+  answered_ = reading;
   board_.on_torques(motor_torque_nm, now_);
-  if (!board_.is_driven()) return;
+  if (!board_.is_driven()) return true;
   motor_torque_nm_ = motor_torque_nm;
   if (!motor_torque_nm.isZero(0)) is_on_stand_ = false;
+  return true;
 }
 
 void Robot::press(int8_t pendant_button) {

@@ -3,7 +3,7 @@
 //   Robot robot(arm, params, start);
 //   robot.tick();
 //   robot.read_encoders(counts);                        // → the controller
-//   robot.take_torques(torque_nm);                      // ← its answer; acts from now on
+//   robot.take_torques(reading, torque_nm);             // ← its answer; acts from now on
 //   Pose<World, Cam> seen_from = robot.truth_at(exposure).world_from_cam;
 //
 // Until the first torques that are not zero a stand carries the arm at home. World is where the
@@ -48,8 +48,11 @@ class Robot {
   /// Time passes and nothing moves (a machine that cannot keep up).
   void pass_over(Duration gap);
 
-  /// One torque per motor. Ignored unless the safety board is ACTIVE.
-  void take_torques(const JointVector& motor_torque_nm);
+  /// One torque per motor, in answer to the encoders of `reading`; no effect unless the safety
+  /// board is ACTIVE. False, and ignored: there was no such reading, it is older than the
+  /// heartbeat, or it or a later one is answered already. So who sends a torque out of the blue
+  /// changes one tick.
+  [[nodiscard]] bool take_torques(Time reading, const JointVector& motor_torque_nm);
   void press(int8_t pendant_button);
 
   Time now() const { return now_; }
@@ -67,7 +70,9 @@ class Robot {
   SafetyBoard board_;
   BaseScript base_;
   StateHistory history_;
+  Duration heartbeat_;
   Time start_, now_;
+  Time answered_;  // the newest reading that is
   JointVector motor_torque_nm_;
   bool is_on_stand_ = true;
 };

@@ -22,7 +22,7 @@ const std::map<std::string, std::string> kExpected = {
     {"camera_info_t", "2a74cb5d4c5350fc"},
     {"camera_pose_t", "75db4e3b4c4ae00f"},
     {"carving_delta_t", "425f304091522772"},
-    {"controller_state_t", "2730c46d9dd0308f"},
+    {"controller_state_t", "0cd045aac58f7f53"},
     {"delta_header_t", "9bba78c3f1832d74"},
     {"device_state_t", "647322a6867f8c87"},
     {"display_stats_t", "a5c0aa210926cea3"},

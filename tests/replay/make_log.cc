@@ -175,12 +175,12 @@ void write_arm(const std::string& prefix) {
   reference.rest(kStart, arm.home());
   for (int tick = 0; tick < 300; ++tick) {
     const Time time = kStart + milliseconds(2) * tick;
-    if (tick % 17 == 0 && tick >= 34) {
+    if (tick % 17 == 0 && tick > 0) {
       joint_command_t command{};
       command.utime = (time - milliseconds(20)).us;
       command.session = kStart.us;
       command.seq = tick / 17;
-      command.engaged = tick % 102 < 68 ? 1 : 0;
+      command.engaged = tick >= 34 && tick % 102 < 68 ? 1 : 0;
       JointVector target = arm.home();
       for (int i = 0; i < arm.size(); ++i) target[i] += (tick % 204 < 102 ? 0.1 : -0.1) / (i + 1);
       command.position_rad = write_joints(target);

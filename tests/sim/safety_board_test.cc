@@ -23,8 +23,10 @@ class Board : public testing::Test {
       board_.watch(speeds, now_);
     }
   }
-  void send_torques(double torque_nm) {
-    board_.on_torques(JointVector::Constant(4, torque_nm), now_);
+  void send_torques(double torque_nm, int times = kTorquesToBegin) {
+    for (int i = 0; i < times; ++i) {
+      board_.on_torques(JointVector::Constant(4, torque_nm), now_);
+    }
   }
   void press(int8_t button) { board_.press(button, now_); }
   Time now_{1'000'000};
@@ -69,6 +71,28 @@ TEST_F(Board, TooMuchTorqueIsAFault) {
   send_torques(-2.01);
   EXPECT_EQ(board_.mode(), SafetyMode::kIdle);
   EXPECT_NE(board_.fault().find("motor 1"), std::string::npos) << board_.fault();
+}
+
+// Anybody may send one.
+TEST_F(Board, OneForgedTorqueIsNoFaultHoweverLarge) {
+  send_torques(0);
+  for (int i = 0; i < 100; ++i) {
+    send_torques(i % 3 == 0 ? 1e6 : 0.1, 1);
+    watch(kResting, milliseconds(2));
+  }
+  EXPECT_TRUE(board_.is_driven());
+  EXPECT_EQ(board_.fault(), "");
+}
+
+TEST_F(Board, OneForgedTorqueIsNoControllerWhoseSilenceMatters) {
+  send_torques(0.1, kTorquesToBegin - 1);
+  EXPECT_FALSE(board_.is_driven());
+  watch(kResting, seconds(1));
+  EXPECT_EQ(board_.mode(), SafetyMode::kActive);
+  send_torques(0.1, kTorquesToBegin - 1);
+  EXPECT_FALSE(board_.is_driven()) << "not in a row";
+  send_torques(0.1, 1);
+  EXPECT_TRUE(board_.is_driven());
 }
 
 TEST_F(Board, AControllerThatFallsSilentIsAFault) {

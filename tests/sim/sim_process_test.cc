@@ -129,6 +129,65 @@ TEST_F(RobotWorld, RefusesTorquesThatCannotBeMeant) {
   }
 }
 
+// With a controller at work, strangers send torques of every kind, as fast as it.
+TEST_F(RobotWorld, ForgedTorquesAreCountedAndChangeATickAtMost) {
+  start();
+  add_controller();
+  run(1);
+  const JointVector before = true_position();
+  int64_t forged = 0;
+  const auto send = [&](int64_t utime, double torque_nm) {
+    arm_torques_t torques{};
+    torques.utime = utime;
+    torques.n_motors = 4;
+    torques.motor_torque_nm.assign(4, torque_nm);
+    world_.inject(world_.now(), Domain::kRobot, "ARM_TORQUES", encode(torques));
+    ++forged;
+  };
+  for (int i = 0; i < 500; ++i) {
+    const int64_t now_us = world_.now().us;
+    for (const int64_t utime : {now_us, now_us - 1, now_us - 2000, now_us - 1'000'000, int64_t{0},
+                                int64_t{9'000'000'000'000'000'000}}) {
+      send(utime, i % 2 == 0 ? 1e9 : -1.5);
+    }
+    run(0.002);
+  }
+  EXPECT_EQ(newest<arm_encoders_t>("ARM_ENCODERS").safety, +arm_encoders_t::SAFETY_ACTIVE);
+  EXPECT_LT((true_position() - before).cwiseAbs().maxCoeff(), 1e-3);
+  run(0.1);
+  EXPECT_EQ(metrics().at("refused_torques"), static_cast<double>(forged));
+  EXPECT_NE(newest<health_t>("HEALTH").reason.find("somebody else sends torques"),
+            std::string::npos);
+  run(2);
+  EXPECT_EQ(newest<health_t>("HEALTH").state, +health_t::STATE_OK);
+}
+
+// Before the controller's own answer to the same reading.
+TEST_F(RobotWorld, ATorqueThatComesFirstActsForOneTick) {
+  bool forges = false;
+  world_.listen(Domain::kRobot, "ARM_ENCODERS", [&](auto bytes) {
+    arm_encoders_t message;
+    ASSERT_GT(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())), 0);
+    if (!forges) return;
+    forges = false;
+    arm_torques_t torques{};
+    torques.utime = message.utime;
+    torques.n_motors = 4;
+    torques.motor_torque_nm.assign(4, 1e9);
+    world_.inject(world_.now(), Domain::kRobot, "ARM_TORQUES", encode(torques));
+  });
+  start();
+  add_controller();
+  run(1);
+  const JointVector before = true_position();
+  forges = true;
+  run(0.02);
+  EXPECT_EQ(newest<arm_encoders_t>("ARM_ENCODERS").safety, +arm_encoders_t::SAFETY_ACTIVE);
+  EXPECT_LT((true_position() - before).cwiseAbs().maxCoeff(), 5e-3);
+  run(1);
+  EXPECT_LT((true_position() - before).cwiseAbs().maxCoeff(), 1e-3);
+}
+
 TEST_F(RobotWorld, IsPushedAlongWithItsBase) {
   params_.base_motion = "push";
   params_.base_start_s = 1;

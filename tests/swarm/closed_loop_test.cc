@@ -9,6 +9,7 @@
 #include "foresight/controller_state_t.hpp"
 #include "foresight/display_stats_t.hpp"
 #include "foresight/health_t.hpp"
+#include "foresight/joint_command_t.hpp"
 #include "foresight/joint_state_t.hpp"
 #include "foresight/pendant_t.hpp"
 #include "tests/swarm/traffic.h"
@@ -136,6 +137,41 @@ TEST(ClosedLoop, AnEmergencyStopStopsTheArmAndThePrediction) {
   EXPECT_FALSE(after.reason.empty());
   EXPECT_LT(speed_rad_per_s, 1.0) << "it sinks, braked";
   EXPECT_GT(after.predictions, 5) << "the view goes on, and says what the robot is doing";
+}
+
+// It used to take the arm smoothly, and the operator was refused from then on.
+TEST(ClosedLoop, AForgedCommandNeitherTakesTheArmNorLocksItsOperatorOut) {
+  ClosedLoop loop(options(16));
+  Simulation& world = loop.world();
+  Aftermath after;
+  watch(loop, loop.start() + seconds(14), &after);
+  int64_t drivers = 0, last_driver = 0;
+  bool is_said = false;
+  world.listen(Domain::kRobot, "CONTROLLER_STATE", [&](auto bytes) {
+    const auto message = decode<controller_state_t>(bytes);
+    if (message.driver_session != 0 && message.driver_session != last_driver) ++drivers;
+    if (message.driver_session != 0) last_driver = message.driver_session;
+  });
+  world.listen(Domain::kRobot, "HEALTH", [&](auto bytes) {
+    const auto message = decode<health_t>(bytes);
+    is_said |= message.process == "wam_controller" &&
+               message.reason.find("a second operator commands") != std::string::npos;
+  });
+  for (int i = 0; i < 60; ++i) {
+    const Time time = loop.start() + seconds(9) + milliseconds(33) * i;
+    joint_command_t forged{};
+    forged.utime = time.us;
+    forged.session = i % 2 == 0 ? time.us : 9'000'000'000'000'000'000;
+    forged.seq = i;
+    forged.engaged = i % 4 == 3 ? 0 : 1;
+    forged.n_joints = 4;
+    forged.position_rad = {2, 1, 1, 0};
+    world.inject(time, Domain::kRobot, "JOINT_COMMAND", encode(forged));
+  }
+  run_all(loop);
+  EXPECT_EQ(drivers, 1);
+  EXPECT_TRUE(is_said);
+  EXPECT_EQ(after.controller, +controller_state_t::STATE_FOLLOWING) << after.reason;
 }
 
 }  // namespace

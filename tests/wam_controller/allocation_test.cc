@@ -86,7 +86,7 @@ void run_controller(const ArmModel& arm) {
     if (i % 17 == 0 && i % 1000 < 600) {
       command.time = reading.time;
       ++command.seq;
-      command.is_engaged = i % 1000 < 500;
+      command.is_engaged = i % 1000 >= 100 && i % 1000 < 500;
       command.position_rad[0] = 0.001 * (i % 20);
       (void)controller.on_command(reading.time, command);
     }
@@ -99,7 +99,7 @@ void run_controller(const ArmModel& arm) {
   }
   EXPECT_EQ(g_allocations - before, 0);
   EXPECT_TRUE(std::isfinite(sum));
-  EXPECT_GT(controller.counts().accepted, 100);
+  EXPECT_GT(controller.gate().count(CommandVerdict::kAccepted), 100);
 }
 
 TEST(Allocation, TheControlStepMakesNone) {
@@ -114,6 +114,7 @@ TEST(Allocation, TheCanBackEndMakesNone) {
   bus.node_count = 7;
   CanArm hardware(bus, arm, JointVector::Constant(7, 1000));
   ASSERT_TRUE(hardware.start());
+  hardware.set_zero(hardware.position_counts());
   ArmReading reading;
   const JointVector torque = JointVector::Constant(7, 2);
   const long before = g_allocations;

@@ -3,6 +3,7 @@
 #include "common/errors.h"
 #include "procs/wam_controller/can_arm.h"
 #include "procs/wam_controller/can_socket.h"
+#include "procs/wam_controller/transmission.h"
 #include "tests/wam_controller/fake_bus.h"
 #include "tests/wam_controller/joints.h"
 
@@ -68,7 +69,21 @@ TEST(PuckCodec, PassesOverWhatIsNoFeedback) {
 
 class CanArmTest : public testing::Test {
  protected:
-  bool start() { return hardware_.start(); }
+  // As if the arm stood at home.
+  bool start() {
+    if (!hardware_.start()) return false;
+    set_home(arm_, hardware_);
+    return true;
+  }
+  static void set_home(const ArmModel& arm, CanArm& hardware) {
+    const JointVector home_counts = Transmission(arm).motor_counts(arm.home());
+    std::vector<int32_t> zero;
+    for (int i = 0; i < arm.size(); ++i) {
+      zero.push_back(hardware.position_counts()[static_cast<size_t>(i)] -
+                     static_cast<int32_t>(std::lround(home_counts[i])));
+    }
+    hardware.set_zero(zero);
+  }
   ArmReading read() {
     ArmReading reading;
     EXPECT_TRUE(hardware_.read(now_ = now_ + milliseconds(2), &reading));
@@ -83,6 +98,23 @@ class CanArmTest : public testing::Test {
   CanArm hardware_{bus_, arm_, joints({1000, 1000, 1000, 1000})};
   Time now_{1'000'000};
 };
+
+TEST_F(CanArmTest, HasNoReadingsBeforeItsZeroIsKnown) {
+  ASSERT_TRUE(hardware_.start());
+  EXPECT_TRUE(read_fails());
+  set_home(arm_, hardware_);
+  EXPECT_FALSE(read_fails());
+}
+
+TEST_F(CanArmTest, SeesWhetherThePucksWereAwakeAlready) {
+  ASSERT_TRUE(hardware_.start());
+  EXPECT_FALSE(hardware_.had_been_running());
+  ASSERT_TRUE(hardware_.start());
+  EXPECT_TRUE(hardware_.had_been_running());
+  bus_.status[3] = 0;
+  ASSERT_TRUE(hardware_.start());
+  EXPECT_FALSE(hardware_.had_been_running());
+}
 
 TEST_F(CanArmTest, CountsFromTheHomePosition) {
   bus_.positions = {0, 100, -200, 300, -400};

@@ -19,6 +19,16 @@ class FakeBus : public CanBus {
             4,
             {kPropertyMode | 0x80, 0, mode}});
     }
+    for (int node = 1; node <= node_count; ++node) {
+      if (frame == get_frame(node_address(node), kPropertyStatus) && node != silent_node) {
+        push({static_cast<uint16_t>(0x400 | node << 5 | kGroupProperties),
+              4,
+              {kPropertyStatus | 0x80, 0, status[static_cast<size_t>(node)]}});
+      }
+    }
+    if (frame == set_frame(group_address(kGroupAll), kPropertyStatus, kStatusReady)) {
+      status.fill(kStatusReady);
+    }
     if (frame.size == 8) torques[frame.id & 31] = frame;
     return true;
   }
@@ -43,6 +53,12 @@ class FakeBus : public CanBus {
   bool is_broken = false, has_board = true;
   uint8_t mode = 2;
   std::array<int32_t, 8> positions{};
+  std::array<uint8_t, 8> status{};  // 0: switched on, and not woken since
+  /// As when the power goes and comes back: the pucks count from here.
+  void switch_off_and_on() {
+    status = {};
+    positions = {};
+  }
   CanFrame last_sent;
   std::array<CanFrame, 32> torques;  // by group
 

@@ -1,73 +1,12 @@
-// The controller's small parts: command gate, servo, jitter.
+// The controller's small parts: servo, jitter.
 #include <gtest/gtest.h>
 
-#include <limits>
-
-#include "procs/wam_controller/command_gate.h"
 #include "procs/wam_controller/joint_servo.h"
 #include "procs/wam_controller/period_jitter.h"
 #include "tests/wam_controller/joints.h"
 
 namespace foresight {
 namespace {
-
-constexpr Time kNow{100'000'000};
-
-ArmCommand command(int64_t session, int64_t seq, Time time = kNow) {
-  return {time, session, seq, true, 2, joints({0, 0})};
-}
-
-class CommandGateTest : public testing::Test {
- protected:
-  CommandVerdict admit(const ArmCommand& c) { return gate_.admit(kNow, c); }
-  CommandGate gate_{2, seconds(2)};
-};
-
-TEST_F(CommandGateTest, KeepsOrderWithinASession) {
-  EXPECT_EQ(admit(command(1, 5)), CommandVerdict::kAccepted);
-  EXPECT_EQ(admit(command(1, 5)), CommandVerdict::kOutOfOrder);
-  EXPECT_EQ(admit(command(1, 4)), CommandVerdict::kOutOfOrder);
-  EXPECT_EQ(admit(command(1, 9)), CommandVerdict::kAccepted);
-  EXPECT_EQ(gate_.counts().accepted, 2);
-  EXPECT_EQ(gate_.counts().out_of_order, 2);
-}
-
-TEST_F(CommandGateTest, ANewSessionBeginsAnewAndEndsTheOldOne) {
-  EXPECT_EQ(admit(command(10, 500)), CommandVerdict::kAccepted);
-  EXPECT_EQ(admit(command(20, 0)), CommandVerdict::kAccepted);
-  EXPECT_EQ(admit(command(10, 501)), CommandVerdict::kOutOfOrder);
-}
-
-TEST_F(CommandGateTest, DropsWhatIsStale) {
-  EXPECT_EQ(admit(command(1, 1, kNow - seconds(2.1))), CommandVerdict::kStale);
-  EXPECT_EQ(admit(command(1, 1, kNow - seconds(1.9))), CommandVerdict::kAccepted);
-  EXPECT_EQ(gate_.counts().stale, 1);
-}
-
-// Else one bad message would lock the operator out.
-TEST_F(CommandGateTest, RefusesStampsFromTheFuture) {
-  constexpr int64_t kEnd = std::numeric_limits<int64_t>::max();
-  EXPECT_EQ(admit(command(kEnd, 0)), CommandVerdict::kRefused);
-  EXPECT_EQ(admit(command(1, kEnd, Time{kEnd})), CommandVerdict::kRefused);
-  EXPECT_EQ(admit(command(1, 0, Time{std::numeric_limits<int64_t>::min()})),
-            CommandVerdict::kStale);
-  EXPECT_EQ(admit(command(1, 0)), CommandVerdict::kAccepted);
-}
-
-TEST_F(CommandGateTest, RefusesAnotherJointCountAndWhatIsNoNumber) {
-  ArmCommand wrong = command(1, 1);
-  wrong.joint_count = 3;
-  EXPECT_EQ(admit(wrong), CommandVerdict::kRefused);
-  ArmCommand nan = command(1, 1);
-  nan.position_rad[1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(admit(nan), CommandVerdict::kRefused);
-  EXPECT_EQ(gate_.counts().refused, 2);
-}
-
-TEST_F(CommandGateTest, LettingGoNeedsNoPositions) {
-  const ArmCommand let_go{kNow, 1, 1, false, 0, JointVector(0)};
-  EXPECT_EQ(admit(let_go), CommandVerdict::kAccepted);
-}
 
 class JointServoTest : public testing::Test {
  protected:

@@ -24,16 +24,31 @@ WamControllerParams Rig::params_of(const std::string& arm) {
 }
 
 Rig::Rig(const WamControllerParams& params)
-    : arm(load_arm_file(params.arm_file)), plant(arm), session(world.now().us), transmission_(arm) {
-  world.add("wam_controller", {Domain::kRobot},
-            [&](Node& node) { return std::make_unique<WamControllerProcess>(node, params); });
+    : arm(load_arm_file(params.arm_file)),
+      plant(arm),
+      home_error_rad(JointVector::Zero(arm.size())),
+      session(world.now().us),
+      params_(params),
+      transmission_(arm) {
+  add_process();
   collect(world, "CONTROLLER_STATE", &states);
+  collect(world, "HEALTH", &healths);
   collect(world, "JOINT_STATE", &joint_states);
   collect(world, "ARM_TORQUES", &torques);
 }
 
+void Rig::add_process() {
+  world.add("wam_controller", {Domain::kRobot},
+            [&](Node& node) { return std::make_unique<WamControllerProcess>(node, params_); });
+}
+
+void Rig::restart() {
+  world.remove("wam_controller");
+  add_process();
+}
+
 arm_encoders_t Rig::make_encoders() const {
-  const JointVector counts = transmission_.motor_counts(plant.position);
+  const JointVector counts = transmission_.motor_counts(plant.position + home_error_rad);
   arm_encoders_t m{};
   m.utime = world.now().us;
   m.n_motors = arm.size();
@@ -95,6 +110,14 @@ bool Rig::was_in(ArmState wanted) const {
   return std::any_of(states.begin(), states.end(), [&](const controller_state_t& s) {
     return static_cast<ArmState>(s.state) == wanted;
   });
+}
+
+double Rig::metric(const std::string& name) const {
+  for (size_t i = 0; i < health().metric_names.size(); ++i) {
+    if (health().metric_names[i] == name) return health().metric_values[i];
+  }
+  ADD_FAILURE() << "no metric " << name;
+  return 0;
 }
 
 double Rig::largest_torque_nm() const {

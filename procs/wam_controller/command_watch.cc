@@ -1,0 +1,117 @@
+#include "procs/wam_controller/command_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace foresight {
+namespace {
+
+constexpr int64_t kTooMany = 3;  // in a second; fewer may be late ones of an engage that has ended
+constexpr uint64_t kLargestSeqStep = 10;  // over which a sender's period tells where a stamp lies
+constexpr Duration kClockTolerance = milliseconds(10);
+constexpr Duration kStep = milliseconds(100);
+constexpr Duration kStepIsSaidFor = seconds(10);
+constexpr int64_t kFarAway_us = 1'000'000'000'000;  // absurd stamps must not overflow
+
+constexpr std::array<const char*, kCommandVerdicts> kWhyDropped{
+    "",
+    "older than one that is already here",
+    "too old, or out of a stall",
+    "with another number of joints, or with what is no number",
+    "stamped in the future",
+    "of another session than the driver's",
+    "engaged before the arm was ready: let go and press again"};
+
+Time within_reach(Time arrival, Time stamp) {
+  return {std::clamp(stamp.us, arrival.us - kFarAway_us, arrival.us + kFarAway_us)};
+}
+
+Duration magnitude(Duration d) { return std::max(d, d * -1); }
+
+int64_t rounded_ms(Duration d) { return std::llround(d.seconds() * 100) * 10; }
+
+}  // namespace
+
+void CommandWatch::on_command(Time arrival, const ArmCommand& command, CommandVerdict verdict) {
+  age_ = arrival - within_reach(arrival, command.time);
+  second_.longest_age = second_.commands == 0 ? age_ : std::max(second_.longest_age, age_);
+  ++second_.commands;
+  look_for_step(arrival, command);
+  if (!command.is_engaged) return;
+  if (verdict == CommandVerdict::kAccepted) ++second_.followed;
+  if (verdict != CommandVerdict::kAccepted) ++second_.dropped[static_cast<size_t>(verdict)];
+  if (verdict == CommandVerdict::kOfOthers) second_.other_session = command.session;
+}
+
+// A stall makes stamps and arrivals jump, a link arrivals alone, a clock that is set stamps alone.
+void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
+  const Time stamp = within_reach(arrival, command.time);
+  const uint64_t step = static_cast<uint64_t>(command.seq) - static_cast<uint64_t>(last_.seq);
+  const bool goes_on = last_.is_known && last_.session == command.session &&
+                       last_.seq < command.seq && step <= kLargestSeqStep;
+  Duration period = goes_on ? last_.period : Duration{};
+  if (goes_on) {
+    const auto count = static_cast<int64_t>(step);
+    const Duration passed = stamp - last_.stamp;
+    const Duration jump = passed - period * count;
+    const Duration age_change = (arrival - last_.arrival) - passed;
+    if (period.us == 0) {
+      if (passed.us > 0 && passed < seconds(1) * count) period = {passed.us / count};
+    } else if (magnitude(jump) > kStep && magnitude(age_change) > kStep) {
+      clock_step_ = jump;
+      clock_stepped_at_ = arrival;
+    }
+  }
+  last_ = {true, command.session, command.seq, stamp, arrival, period};
+}
+
+void CommandWatch::on_time(Time now, int64_t malformed) {
+  const Duration passed = now - second_began_;
+  if (passed >= Duration{} && passed < seconds(1)) return;
+  second_.malformed = malformed - malformed_;
+  malformed_ = malformed;
+  const bool is_ahead = second_.commands >= kTooMany && second_.longest_age < kClockTolerance * -1;
+  clock_ahead_ = is_ahead ? second_.longest_age * -1 : Duration{};
+  complaint_ = describe(now);
+  second_ = {};
+  second_began_ = now;
+}
+
+std::string CommandWatch::describe(Time now) const {
+  std::ostringstream text;
+  const auto next = [&text]() -> std::ostream& { return text << (text.tellp() > 0 ? "; " : ""); };
+  int64_t dropped = second_.malformed;
+  for (const int64_t count : second_.dropped) dropped += count;
+  if (second_.followed == 0 && dropped >= kTooMany) next() << describe_drops();
+  const int64_t of_others = second_.dropped[static_cast<size_t>(CommandVerdict::kOfOthers)];
+  if (of_others >= kTooMany) {
+    next() << "a second operator commands: session " << second_.other_session << ", " << of_others
+           << " dropped in a second";
+  }
+  if (clock_ahead_.us > 0) {
+    next() << "the operator's clock is at least " << rounded_ms(clock_ahead_)
+           << " ms ahead of this one";
+  }
+  if (clock_step_.us != 0 && now - clock_stepped_at_ < kStepIsSaidFor) {
+    next() << "the operator's clock was set by " << rounded_ms(clock_step_) << " ms";
+  }
+  return text.str();
+}
+
+std::string CommandWatch::describe_drops() const {
+  std::ostringstream text;
+  text << "every command is dropped: in a second";
+  const char* separator = " ";
+  for (size_t i = 0; i < second_.dropped.size(); ++i) {
+    if (second_.dropped[i] == 0) continue;
+    text << separator << second_.dropped[i] << " " << kWhyDropped[i];
+    separator = ", ";
+  }
+  if (second_.malformed > 0) {
+    text << separator << second_.malformed << " damaged, or with what is no number";
+  }
+  return text.str();
+}
+
+}  // namespace foresight
