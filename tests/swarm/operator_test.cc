@@ -22,17 +22,19 @@ constexpr double kDelay_s = 0.3;  // each way
 
 class HeldStick : public InputDevice {
  public:
-  explicit HeldStick(const bool* is_pressed) : is_pressed_(*is_pressed) {}
+  HeldStick(const bool* is_pressed, double deflection)
+      : is_pressed_(*is_pressed), deflection_(deflection) {}
   void open() override {}
   DeviceReading read(Time) override {
     return {.connected = true,
             .engaged = is_pressed_,
             .kind = AxisKind::kVelocity,
-            .axes = {-1, 0, 0, 0, 0}};
+            .axes = {deflection_, 0, 0, 0, 0}};
   }
 
  private:
   const bool& is_pressed_;
+  double deflection_;
 };
 
 class OperatorLoop {
@@ -62,6 +64,12 @@ class OperatorLoop {
     world_.inject(world_.now(), Domain::kRobot, "PENDANT", encode(message));
     run(then_s);
   }
+  /// Somebody else sits down at the operator's site; his stick turns the joint the other way.
+  void add_second_operator() { add_omni("omni_2", &is_second_pressed_, 1); }
+  void hold_second(bool is_pressed, double span_s) {
+    is_second_pressed_ = is_pressed;
+    run(span_s);
+  }
   void kill(const std::string& name) { world_.remove(name); }
   void start(const std::string& name) { adders_.at(name)(); }
   double joint_rad() const { return joint_rad_; }
@@ -75,10 +83,10 @@ class OperatorLoop {
     world_.add(P::kInfo.name, health_domains(P::kInfo),
                [&](Node& node) { return std::make_unique<P>(node, params); });
   }
-  void add_omni() {
-    world_.add("omni", health_domains(OmniProcess::kInfo), [this](Node& node) {
-      const auto make = [this](const OmniParams&, const ArmModel&, const JointMapping&) {
-        return std::make_unique<HeldStick>(&is_pressed_);
+  void add_omni(const std::string& name, const bool* is_pressed, double deflection) {
+    world_.add(name, health_domains(OmniProcess::kInfo), [=](Node& node) {
+      const auto make = [=](const OmniParams&, const ArmModel&, const JointMapping&) {
+        return std::make_unique<HeldStick>(is_pressed, deflection);
       };
       OmniParams params;
       params.device = "gamepad";
@@ -89,13 +97,13 @@ class OperatorLoop {
   Simulation world_{Time{1'000'000'000'000}};
   sim::SimParams arm_;
   LinkParams link_;
-  bool is_pressed_ = false;
+  bool is_pressed_ = false, is_second_pressed_ = false;
   double joint_rad_ = 0;
   int8_t controller_ = -1;
   joint_command_t command_{};
   std::map<std::string, std::function<void()>> adders_{
       {"link", [this] { add<LinkProcess>(link_); }},
-      {"omni", [this] { add_omni(); }},
+      {"omni", [this] { add_omni("omni", &is_pressed_, -1); }},
       {"sim", [this] { add<sim::SimProcess>(arm_); }},
       {"wam_controller", [this] { add<WamControllerProcess>({}); }}};
 };
@@ -169,6 +177,30 @@ INSTANTIATE_TEST_SUITE_P(Incidents, AfterAnIncident,
                                          Incident{"LinkDies", link_dies},
                                          Incident{"OmniDies", omni_dies}),
                          [](const auto& param_info) { return std::string(param_info.param.name); });
+
+// Who presses first drives until he lets go; whoever waited presses anew. Both are told.
+TEST(TwoOperators, OneDrivesAndTheOtherIsTold) {
+  OperatorLoop loop;
+  loop.run(2);
+  EXPECT_EQ(loop.health("omni"), ProcessState::kOk);
+  loop.add_second_operator();
+  loop.run(1);
+  loop.hold(true, 2);
+  ASSERT_TRUE(loop.is_following());
+  const double first_rad = loop.joint_rad();
+  loop.hold_second(true, 1);
+  EXPECT_GT(loop.joint_rad(), first_rad + 0.2) << "the first one's direction";
+  EXPECT_EQ(loop.health("omni"), ProcessState::kDegraded);
+  EXPECT_EQ(loop.health("omni_2"), ProcessState::kDegraded);
+  loop.hold(false, 2 * kDelay_s + 1);
+  const double rest_rad = loop.joint_rad();
+  loop.run(2);
+  EXPECT_NEAR(loop.joint_rad(), rest_rad, 0.01) << "the second one has held since";
+  loop.hold_second(false, 0.5);
+  loop.hold_second(true, 2);
+  EXPECT_TRUE(loop.is_following());
+  EXPECT_LT(loop.joint_rad(), rest_rad - 0.3);
+}
 
 }  // namespace
 }  // namespace foresight
