@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kExtraHeader = "foresight_map 1";
 constexpr int kMaxSide_px = 8192;
+constexpr Time kLatest{int64_t{1} << 53};  // the year 2255
 constexpr int32_t kMaxId = 1 << 24, kMaxCount = 1 << 30;
 
 std::string image_name(int32_t keyframe_id) {
@@ -273,8 +274,9 @@ class Reader {
     Eigen::Vector3d t;
     words >> k.id >> k.time.us >> k.median_depth >> q.w() >> q.x() >> q.y() >> q.z() >> t.x() >>
         t.y() >> t.z();
-    if (words.fail() || k.id < 0 || k.id > kMaxId || !q.coeffs().allFinite() ||
-        std::abs(q.norm() - 1) > 1e-6 || !t.allFinite() || !(k.median_depth > 0)) {
+    if (words.fail() || k.id < 0 || k.id > kMaxId || k.time < Time{} || k.time > kLatest ||
+        !q.coeffs().allFinite() || std::abs(q.norm() - 1) > 1e-6 || !t.allFinite() ||
+        !(k.median_depth > 0)) {
       fail("the keyframe makes no sense");
     }
     if (!map_.keyframes.empty() && k.id <= map_.keyframes.back().id) fail("ids must increase");

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -80,7 +81,11 @@ class SlamProcessTest : public testing::Test {
     wait(kPeriod);
     send_image(image, world_.now() + clock_offset_);
   }
-  void step(double t) { step(scene_.render(camera_, sideways_pose(t))); }
+  void step(double t) {
+    cv::Mat& image = images_[t];
+    if (image.empty()) image = scene_.render(camera_, sideways_pose(t));
+    step(image);
+  }
   // Another camera says so for long enough to be believed.
   void change_camera(const CameraModel& camera, const Pose<World, Cam>& pose) {
     const cv::Mat image = scene_.render(camera, pose);
@@ -120,6 +125,7 @@ class SlamProcessTest : public testing::Test {
   SlamParams params_;
   CameraModel camera_ = test_camera();
   SyntheticScene scene_{5};
+  std::map<double, cv::Mat> images_;  // rendered, by t
   Simulation world_{Time{} + seconds(100'000)};
   Duration clock_offset_;  // of the camera's clock
   camera_pose_t pose_{};
