@@ -48,7 +48,17 @@ void PairCollector::add_frame(Time time, const Pose<Map, Cam>& map_from_cam) {
   push({time, nearest->id, false, nearest->map_from_cam.inverse() * map_from_cam});
 }
 
+// A keyframe that left the map takes its pairs with it: there is no pose left to compare with the
+// arm's.
+void PairCollector::forget_removed() {
+  const auto is_gone = [&](int32_t id) { return map_.find_keyframe(id) == nullptr; };
+  std::erase_if(keyframes_, [&](const auto& k) { return is_gone(k.first); });
+  std::erase_if(frames_, [&](const FramePair& f) { return is_gone(f.keyframe_id); });
+  std::erase_if(excluded_, is_gone);
+}
+
 bool PairCollector::update() {
+  forget_removed();
   bool has_new = false;
   std::deque<Waiting> still_waiting;
   for (const Waiting& w : waiting_) {

@@ -73,6 +73,7 @@ class PairCollector {
   enum class Readiness { kReady, kWaits, kNever };
 
   Readiness readiness(const Waiting& waiting, ArmTrack* arm) const;
+  void forget_removed();
   bool take(const Waiting& waiting, ArmTrack arm);
   /// Multiples of the spacing between two hands.
   double distance(const Pose<Base, Ee>& a, const Pose<Base, Ee>& b) const;

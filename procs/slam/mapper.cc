@@ -8,6 +8,8 @@
 
 #include "common/check.h"
 #include "procs/slam/geometry.h"
+#include "procs/slam/keyframe_culling.h"
+#include "procs/slam/view_coverage.h"
 
 namespace foresight::slam {
 namespace {
@@ -21,18 +23,25 @@ constexpr double kDuplicate_px = 5;
 constexpr double kSamePlace_px = 2;  // of a corner followed and its patch found
 constexpr double kOccupied_px = 9;
 constexpr int kSimilarViewDeg = 40;
-constexpr double kSameDirectionDeg = 15;  // for culling
-constexpr int kSeedViews = 3;             // keyframes in which new seeds are searched at once
-constexpr int kReviewImages = 30;         // at least so often points are reviewed
-constexpr int kManyPredictions = 30;      // after so many a point has shown what it is worth
+constexpr int kSeedViews = 3;         // keyframes in which new seeds are searched at once
+constexpr int kReviewImages = 30;     // at least so often points are reviewed
+constexpr int kManyPredictions = 30;  // after so many a point has shown what it is worth
 constexpr double kHardlyFound = 0.5;
-constexpr size_t kKeptKeyframes = 6;   // fewer are never culled
-constexpr size_t kUnculledNewest = 3;  // nor are the newest
 constexpr int kCulledAtOnce = 2;
-constexpr double kCrowded = 0.25;      // of the wanted baseline, to another keyframe
-constexpr double kRedundant = 0.9;     // share of points that three others see
+constexpr int kForgottenAtOnce = 4;  // when memory is short
+// A view that is covered becomes no keyframe. Less than makes one superfluous: else the next one
+// would take its place, and so on for ever.
+constexpr double kCovered = 0.7;
+constexpr int kAlikeKeyframes = 10;    // one of which then sees what a covered view sees
 constexpr size_t kYoungKeyframes = 8;  // up to so many the map counts as young
 constexpr double kYoungGrowth = 0.7;   // of its longest baseline, to the next keyframe
+
+bool is_covered(const SlamMap& map, const TrackingAttempt& tracking) {
+  if (map.keyframes().size() < kThriftyKeyframes) return false;
+  std::vector<const Point*> found;
+  for (const PointMatch& m : tracking.inliers) found.push_back(map.point(m.point_id));
+  return ViewCoverage(map).share(found, tracking.map_from_cam.translation()) >= kCovered;
+}
 
 double median_depth(const SlamMap& map, const Pose<Map, Cam>& map_from_cam,
                     const std::vector<PointMatch>& matches, double fallback) {
@@ -67,28 +76,6 @@ double distance_in_depths(const SlamMap& map, const Pose<Map, Cam>& map_from_cam
                        (k.map_from_cam.translation() - map_from_cam.translation()).norm() / depth);
   }
   return nearest;
-}
-
-bool stands_close(const SlamMap& map, const Keyframe& keyframe, double distance_in_depths) {
-  for (const auto& [id, other] : map.keyframes()) {
-    if (id == keyframe.id) continue;
-    const Pose<Cam, Cam> between = other.map_from_cam.inverse() * keyframe.map_from_cam;
-    if (between.translation().norm() < distance_in_depths * keyframe.median_depth &&
-        between.rotation().angularDistance(Eigen::Quaterniond::Identity()) <
-            kSameDirectionDeg * kDegree) {
-      return true;
-    }
-  }
-  return false;
-}
-
-double redundant_share(const SlamMap& map, const Keyframe& keyframe) {
-  if (keyframe.point_ids.empty()) return 1;
-  int redundant = 0;
-  for (const int32_t id : keyframe.point_ids) {
-    if (map.point(id)->observations.size() > 3) ++redundant;
-  }
-  return static_cast<double>(redundant) / static_cast<double>(keyframe.point_ids.size());
 }
 
 }  // namespace
@@ -144,17 +131,27 @@ bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt
   for (const PointMatch& m : tracking.inliers) found.insert(m.point_id);
   const std::map<int32_t, int> shared = shared_point_counts(map, found);
   if (shared.empty()) return false;
-  const Keyframe& reference = *map.keyframe(by_count(shared).front());
+  const std::vector<int32_t> alike = first_few(by_count(shared), kAlikeKeyframes);
+  const Keyframe& reference = *map.keyframe(alike.front());
   const double depth =
       median_depth(map, tracking.map_from_cam, tracking.inliers, reference.median_depth);
-  if (distance_in_depths(map, tracking.map_from_cam, depth) > wanted_baseline(map, depth))
-    return true;
   const PointFinder finder(camera_, map, reference.pyramid, tracking.map_from_cam);
+  const bool is_far =
+      distance_in_depths(map, tracking.map_from_cam, depth) > wanted_baseline(map, depth);
+  if (!is_far && overlaps(map, finder, reference)) return false;
+  if (!is_covered(map, tracking)) return true;
+  return std::none_of(alike.begin(), alike.end(),
+                      [&](int32_t id) { return overlaps(map, finder, *map.keyframe(id)); });
+}
+
+// Whether most of a keyframe's points are in view.
+bool Mapper::overlaps(const SlamMap& map, const PointFinder& finder,
+                      const Keyframe& keyframe) const {
   int visible = 0;
-  for (const int32_t id : reference.point_ids) {
+  for (const int32_t id : keyframe.point_ids) {
     if (finder.predict(*map.point(id))) ++visible;
   }
-  return visible < options_.keyframe_min_overlap * static_cast<double>(reference.point_ids.size());
+  return visible >= options_.keyframe_min_overlap * static_cast<double>(keyframe.point_ids.size());
 }
 
 // A young map rests on a short baseline: it gets keyframes at shorter distances until it stands.
@@ -321,19 +318,18 @@ void Mapper::review_points(SlamMap* map) {
 }
 
 void Mapper::cull_keyframes(SlamMap* map) {
-  std::vector<int32_t> ids;
-  for (const auto& [id, k] : map->keyframes()) ids.push_back(id);
-  if (ids.size() < kKeptKeyframes) return;
-  ids.resize(ids.size() - kUnculledNewest);
-  ids.erase(ids.begin());  // it holds the map's place
-  int removed = 0;
-  for (const int32_t id : ids) {
-    if (removed == kCulledAtOnce) break;
-    const Keyframe& keyframe = *map->keyframe(id);
-    if (!stands_close(*map, keyframe, kCrowded * options_.keyframe_baseline)) continue;
-    if (redundant_share(*map, keyframe) < kRedundant) continue;
-    remove_keyframe(id, map);
-    ++removed;
+  for (int culled = 0; culled < kCulledAtOnce; ++culled) {
+    const std::optional<int32_t> id = superfluous_keyframe(*map, options_);
+    if (!id) break;
+    remove_keyframe(*id, map);
+  }
+  const double limit_bytes = 1e6 * options_.memory_limit_mb;
+  for (int forgotten = 0; forgotten < kForgottenAtOnce; ++forgotten) {
+    if (limit_bytes <= 0 || static_cast<double>(map->memory_bytes()) <= limit_bytes) return;
+    const std::optional<int32_t> id = least_needed_keyframe(*map);
+    if (!id) return;
+    remove_keyframe(*id, map);
+    ++forgotten_keyframes_;
   }
 }
 

@@ -35,6 +35,8 @@ class Mapper {
   /// Work on a new keyframe, if there is some, for find_seeds().
   std::optional<SeedSearch> take_seed_search(const SlamMap& map);
   void add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map);
+  /// Because of the memory limit, since the map began.
+  int forgotten_keyframes() const { return forgotten_keyframes_; }
 
   /// Returns how the map moved around the newest adjusted keyframe.
   Similarity<Map, Map> apply(const BundleProblem& problem, const BundleSolution& solution,
@@ -55,8 +57,9 @@ class Mapper {
   void make_points(SlamMap* map);
   void make_point(const Seed& seed, SourceView* view, SlamMap* map);
   void review_points(SlamMap* map);
-  /// Removes keyframes that stand too close to another and whose points others see as well.
+  /// Removes those that add nothing, and over the memory limit those that add least.
   void cull_keyframes(SlamMap* map);
+  bool overlaps(const SlamMap& map, const PointFinder& finder, const Keyframe& keyframe) const;
   void remove_keyframe(int32_t id, SlamMap* map);
   double wanted_baseline(const SlamMap& map, double depth) const;
 
@@ -64,6 +67,7 @@ class Mapper {
   SlamOptions options_;
   DepthSeeds seeds_;
   int images_since_review_ = 0;
+  int forgotten_keyframes_ = 0;
   std::deque<int32_t> unseeded_;  // keyframes whose seeds have not been looked for
 };
 

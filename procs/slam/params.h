@@ -49,6 +49,11 @@ struct SlamParams {
        .min = 0.5,
        .max = 3600,
        .doc = "a tiny map that stays lost so long is given up for a new one"});
+    v("memory_limit_mb", options.memory_limit_mb,
+      {.unit = "MB",
+       .min = 0,
+       .max = 1e6,
+       .doc = "when the map needs more, the keyframes that add least are forgotten; 0: no limit"});
     v("delta_threshold_px", options.delta_threshold_px,
       {.unit = "px",
        .min = 0,

@@ -267,6 +267,8 @@ void SlamProcess::publish_metrics(const TrackingResult& result) {
   node_.set_metric("keyframes", s.keyframes);
   node_.set_metric("points", s.points);
   node_.set_metric("published_points", s.published_points);
+  node_.set_metric("forgotten_keyframes", s.forgotten_keyframes);
+  node_.set_metric("memory_mb", s.memory_mb);
   node_.set_metric("losses", s.losses);
   node_.set_metric("relocalisations", s.relocalisations);
   node_.set_metric("restarts", s.restarts);

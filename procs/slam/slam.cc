@@ -415,11 +415,16 @@ void Slam::Impl::restore(const StoredMap& stored) {
 std::string Slam::Impl::warning() const {
   const bool off = std::abs(counters_.focal_factor - 1) > kFocalTolerance &&
                    counters_.focal_cost_ratio < kFocalEvidence;
-  if (!off) return "";
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "the images say that the focal length is %.0f px, not %.0f: calibrate the camera",
-                counters_.focal_factor * camera_.fx_px, camera_.fx_px);
+  char text[160] = "";
+  if (off) {
+    std::snprintf(text, sizeof text,
+                  "the images say that the focal length is %.0f px, not %.0f: calibrate the camera",
+                  counters_.focal_factor * camera_.fx_px, camera_.fx_px);
+  } else if (mapper_.forgotten_keyframes() > 0) {
+    std::snprintf(text, sizeof text,
+                  "memory limit of %.6g MB: %d keyframes that add least were forgotten",
+                  options_.memory_limit_mb, mapper_.forgotten_keyframes());
+  }
   return text;
 }
 
@@ -428,6 +433,8 @@ SlamStatistics Slam::Impl::statistics() const {
   s.keyframes = static_cast<int>(map_.keyframes().size());
   s.points = static_cast<int>(map_.points().size());
   s.published_points = static_cast<int>(deltas_.published_points());
+  s.forgotten_keyframes = mapper_.forgotten_keyframes();
+  s.memory_mb = static_cast<double>(map_.memory_bytes()) / 1e6;
   return s;
 }
 

@@ -63,7 +63,9 @@ struct SlamStatistics {
   int losses = 0;
   int relocalisations = 0;
   int restarts = 0;
-  int loops = 0;  // closed
+  int loops = 0;                // closed
+  int forgotten_keyframes = 0;  // of this map, because of the memory limit
+  double memory_mb = 0;         // of this map: estimate
   // The last check of the focal length, from the map itself; 1 before there was one.
   double focal_factor = 1;      // as it fits best / as the camera file gives it
   double focal_cost_ratio = 1;  // cost of the map with the best factor / with the given one
@@ -127,7 +129,7 @@ class Slam {
 
   SlamStatistics statistics() const;
   /// What is wrong though it tracks, for people; empty if nothing is known to be: the map says that
-  /// the focal length is not as given.
+  /// the focal length is not as given, or memory is short.
   std::string warning() const;
 
  private:

@@ -14,6 +14,17 @@ auto find_observation(Observations& observations, int32_t keyframe_id) {
                           [](const Observation& o, int32_t id) { return o.keyframe_id < id; });
 }
 
+constexpr size_t kNodeBytes = 48;     // of an entry in a tree, beside its content
+constexpr size_t kFeatureBytes = 96;  // a descriptor, its pixel and its places in the index
+
+size_t keyframe_bytes(const Keyframe& keyframe) {
+  size_t bytes = sizeof(Keyframe) + kNodeBytes;
+  for (const cv::Mat& level : keyframe.pyramid.levels) bytes += level.total() * level.elemSize();
+  bytes += keyframe.thumbnail.pixels.total() * keyframe.thumbnail.pixels.elemSize();
+  if (keyframe.features) bytes += keyframe.features->pixels.size() * kFeatureBytes;
+  return bytes + keyframe.point_ids.size() * (sizeof(Observation) + kNodeBytes);
+}
+
 }  // namespace
 
 const Observation* Point::observation_in(int32_t keyframe_id) const {
@@ -172,6 +183,12 @@ void SlamMap::confirm_point(int32_t id) {
 }
 
 SlamMap::Touched SlamMap::take_touched() { return std::exchange(touched_, {}); }
+
+size_t SlamMap::memory_bytes() const {
+  size_t bytes = points_.size() * (sizeof(Point) + kNodeBytes);
+  for (const auto& [id, keyframe] : keyframes_) bytes += keyframe_bytes(keyframe);
+  return bytes;
+}
 
 void SlamMap::validate() const {
   size_t observation_count = 0;

@@ -106,6 +106,9 @@ class SlamMap {
   };
   Touched take_touched();
 
+  /// Estimate of what the map holds, images and the place index's share included.
+  size_t memory_bytes() const;
+
   /// Broken invariants end the process (tests call it after every step).
   void validate() const;
 

@@ -41,6 +41,9 @@ struct SlamOptions {
   int adjust_all_keyframes = 10;  // from one adjustment of the whole map to the next; 0: only loops
   bool close_loops = true;        // recognise places, spread the drift, adjust everything
 
+  // --- memory
+  double memory_limit_mb = 512;  // beyond it the keyframes that add least are forgotten; 0: none
+
   // --- deltas
   double delta_threshold_px = 0.5;  // smaller moves, as seen in the image, are not sent again
 

@@ -109,6 +109,22 @@ TEST_F(PairCollectorTest, PairsFollowBundleAdjustment) {
   EXPECT_EQ(pairs[1].map_from_cam.translation().x(), 2.5) << "a frame moves with its keyframe";
 }
 
+// Else, after an hour of a map that renews itself, all places would be held by what is gone.
+TEST_F(PairCollectorTest, RemovedKeyframesHoldNoPlace) {
+  move_arm(0, 2000);
+  set_keyframe(0, 1, 500);
+  set_keyframe(1, 2, 900);
+  collector_.add_frame(at_ms(700), pose(1.1));
+  collector_.update();
+  ASSERT_EQ(collector_.size(), 3);
+  MapDelta delta;
+  delta.keyframes_removed = {0};
+  map_.apply(delta);
+  collector_.update();
+  EXPECT_EQ(collector_.size(), 1);
+  EXPECT_EQ(collector_.pairs().size(), 1u);
+}
+
 TEST_F(PairCollectorTest, KeyframesOfAMovingBaseNeverComeBack) {
   move_arm(0, 5000);
   MapDelta delta;
