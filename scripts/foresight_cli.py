@@ -7,9 +7,10 @@ import pathlib
 import signal
 import subprocess
 import sys
+import traceback
 
 # As of the programs (common/errors.h). 128 + the signal when it was interrupted.
-EXIT_USAGE, EXIT_UNAVAILABLE, EXIT_CONFIG = 64, 69, 78
+EXIT_USAGE, EXIT_UNAVAILABLE, EXIT_BUG, EXIT_CONFIG = 64, 69, 70, 78
 LONGEST_LINE = 400  # characters of somebody else's text
 LONGEST_FAILURE = 4000
 
@@ -116,4 +117,7 @@ def run(main):
         code = EXIT_UNAVAILABLE
     except KeyboardInterrupt:
         code = 128 + signal.SIGINT
+    except Exception:  # a bug: where it is matters to whoever mends it
+        traceback.print_exc()
+        code = EXIT_BUG
     sys.exit(code)

@@ -1,7 +1,7 @@
-"""What scripts/demo starts beside itself, and that nothing of it outlives the script: children of its
-own, recorders, a deployed site. Whatever ends the script (Ctrl-C, SIGTERM, SIGHUP, an error) ends
-these first; should it be killed, the recorders end by themselves and the next `deploy up` or `deploy
-down` of the site ends the rest."""
+"""What scripts/demo starts beside itself, and that nothing of it outlives the script: children of
+its own, recorders, a deployed site. Whatever ends the script (Ctrl-C, SIGTERM, SIGHUP, an error)
+ends these first; should it be killed, the recorders end by themselves and the next `deploy up` or
+`deploy down` of the site ends the rest."""
 import contextlib
 import os
 import signal

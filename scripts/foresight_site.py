@@ -213,8 +213,8 @@ def read_site(path):
             raise SiteError(f"{path}: {key}: missing, e.g. udpm://239.255.76.67:7667?ttl=0")
         require_text(root[key], f"{path}: {key}")
     clock = choose(root.get("clock", "wall"), "clock", f"{path}: ")
-    processes = [read_process(name, entry, path, clock)
-                 for name, entry in require_map(root.get("processes"), f"{path}: processes").items()]
+    entries = require_map(root.get("processes"), f"{path}: processes")
+    processes = [read_process(name, entry, path, clock) for name, entry in entries.items()]
     if not processes:
         raise SiteError(f"{path}: processes: missing")
     return Site(path, root["robot_url"], root["operator_url"], read_external(root, path), processes)

@@ -130,6 +130,20 @@ class Deploy(unittest.TestCase):
         self.assertIn(f"carver (pid {second.pids()['carver']})", status.stdout)
         self.assertNotIn(f"(pid {pids['carver']})", status.stdout)
 
+    def test_of_two_that_begin_at_the_same_time_one_stays_at_most(self):
+        processes = "".join(f"  c{i}: {{program: carver}}\n" for i in range(4))
+        swarms = [self.swarm(processes) for _ in range(2)]
+        begun = [subprocess.Popen([ROOT / "scripts" / "deploy", "up", s.site, "--run-dir",
+                                   s.run_dir], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.PIPE, text=True) for s in swarms]
+        ends = [(p.communicate(timeout=120)[1], p.returncode) for p in begun]
+        up = [s for s in swarms if s.supervisor.members()]
+        self.assertLessEqual(len(up), 1, ends)
+        for complaint, code in ends:
+            self.assertIn(code, (0, 69), ends)
+            self.assertTrue(code == 0 or "another swarm" in complaint, ends)
+        self.assertEqual(sum(code == 0 for _, code in ends), len(up), ends)
+
     def test_a_swarm_beside_others_on_the_same_urls_is_not_refused(self):
         """The other host of a site, and what people run by hand."""
         first, second = self.swarm("  carver: {}\n"), self.swarm("  link: {}\n")
