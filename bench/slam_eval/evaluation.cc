@@ -203,7 +203,7 @@ Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
       e.points_at_half = slam.statistics().points;
     }
   }
-  e.input.end(sequence.shortfall);
+  if (range.play.frames < 0) e.input.end(sequence.shortfall);  // else it is not what ended it
   if (e.input.used() == 0) throw UnavailableError(sequence.name + ": " + e.input.complaint());
   e.frames = static_cast<int>(e.answers.size());
   note_times(track_ms, job_ms, &e);

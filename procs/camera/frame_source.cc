@@ -66,8 +66,12 @@ class VideoSource : public FrameSource {
     Frame frame;
     frame.time = decoded->time;
     frame.name = path_ + " frame " + std::to_string(count_++);
-    frame.image = std::move(decoded->image);
-    if (frame.image.bytes.empty()) frame.error = "its pixels are of a kind that is not read";
+    Picture picture;
+    picture.image = std::move(decoded->image);
+    if (picture.image.bytes.empty()) picture.error = "its pixels are of a kind that is not read";
+    check_size(&picture);
+    frame.image = std::move(picture.image);
+    frame.error = picture.error;
     return frame;
   }
   std::string shortfall() const override { return video_.shortfall(); }

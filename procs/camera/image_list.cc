@@ -36,13 +36,35 @@ void check_columns(const std::string& list, const TextLine& line, const fs::path
   }
 }
 
+// 0,1 a.jpg: the comma separates second and fraction, not stamp and name.
+void check_decimal_comma(const std::string& list, const TextLine& line, size_t stamp_size,
+                         std::string_view rest, const std::string& path) {
+  std::error_code error;
+  const size_t digits = std::min(rest.find_first_not_of("0123456789"), rest.size());
+  const bool looks_so = stamp_size < line.text.size() && line.text[stamp_size] == ',' &&
+                        digits > 0 && digits < rest.size() && rest[digits] == ' ';
+  if (looks_so && !fs::exists(path, error)) {
+    refuse(list, line.number, "has a decimal comma: write a point");
+  }
+}
+
+// Names as Windows writes them.
+std::string with_slashes(const fs::path& folder, const std::string& name) {
+  std::error_code error;
+  std::string other = name;
+  std::replace(other.begin(), other.end(), '\\', '/');
+  const std::string path = (folder / name).string(), turned = (folder / other).string();
+  return !fs::exists(path, error) && fs::exists(turned, error) ? turned : path;
+}
+
 ListedImage parse(const std::string& list, const TextLine& line, const fs::path& folder) {
   std::string_view rest = line.text;
   const std::string stamp(take_word(&rest));
   const std::optional<Time> time = parse_stamp(stamp);
   if (!time || time->us < 0) refuse(list, line.number, "'" + stamp + "' is no time in seconds");
   if (rest.empty()) refuse(list, line.number, "names no file");
-  ListedImage image{*time, (folder / unquoted(rest)).string()};
+  ListedImage image{*time, with_slashes(folder, unquoted(rest))};
+  check_decimal_comma(list, line, stamp.size(), rest, image.path);
   check_columns(list, line, folder, rest, image.path);
   return image;
 }

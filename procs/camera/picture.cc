@@ -12,6 +12,7 @@
 namespace foresight {
 namespace {
 
+constexpr int kMinSide_px = 16, kMaxSide_px = 8192;  // as a camera file's
 // So far into a file a JPEG may begin behind foreign bytes.
 constexpr size_t kMaxForeignBytes = 4096;
 
@@ -85,18 +86,32 @@ Picture decode_behind(std::span<const uint8_t> bytes, int channels) {
 
 }  // namespace
 
+void check_size(Picture* picture) {
+  const Image& image = picture->image;
+  if (!picture->error.empty()) return;
+  if (std::min(image.width_px, image.height_px) >= kMinSide_px &&
+      std::max(image.width_px, image.height_px) <= kMaxSide_px) {
+    return;
+  }
+  picture->error = "is " + std::to_string(image.width_px) + "x" + std::to_string(image.height_px) +
+                   " px: sides of " + std::to_string(kMinSide_px) + " to " +
+                   std::to_string(kMaxSide_px) + " px are read";
+  picture->image = {};
+}
+
 bool is_jpeg(std::span<const uint8_t> bytes) {
   return bytes.size() > 2 && bytes[0] == 0xFF && bytes[1] == 0xD8;
 }
 
 Picture decode_picture(std::span<const uint8_t> bytes, int channels, int bits) {
   const int jpeg_channels = channels == 1 ? 1 : 3;
-  if (is_jpeg(bytes)) return decode_jpeg_picture(bytes, jpeg_channels);
-  Picture picture = decode_other(bytes, channels, bits);
-  if (!picture.error.empty()) {
+  Picture picture = is_jpeg(bytes) ? decode_jpeg_picture(bytes, jpeg_channels)
+                                   : decode_other(bytes, channels, bits);
+  if (!picture.error.empty() && !is_jpeg(bytes)) {
     Picture behind = decode_behind(bytes, jpeg_channels);
-    if (!behind.image.bytes.empty()) return behind;
+    if (!behind.image.bytes.empty()) picture = std::move(behind);
   }
+  check_size(&picture);
   return picture;
 }
 

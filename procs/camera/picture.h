@@ -43,6 +43,9 @@ int used_bits(std::span<const uint8_t> bytes);
 /// What is said about 16-bit files that use fewer.
 std::string bits_note(int bits);
 
+/// Makes a picture of a size that is not read an error.
+void check_size(Picture* picture);
+
 /// Turns as EXIF's orientation (1…8) asks for.
 Image oriented(const Image& image, int exif_orientation);
 

@@ -64,7 +64,9 @@ Picture RecordedImages::read(size_t index, int channels) {
   if (!video_) return read_picture(list_.at(index).path, channels, bits_);
   Picture picture;
   picture.image = video_image(index);
-  if (channels == 1) picture.image = gray_of(picture.image);
+  if (picture.image.bytes.empty()) picture.error = "its pixels are of a kind that is not read";
+  check_size(&picture);
+  if (picture.error.empty() && channels == 1) picture.image = gray_of(picture.image);
   return picture;
 }
 

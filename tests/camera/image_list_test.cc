@@ -43,6 +43,12 @@ TEST_F(ImageList, NamesMayHoldBlanksAndBeAbsolute) {
   EXPECT_EQ(images[2].path, in_folder("c d.jpg"));
 }
 
+TEST_F(ImageList, NamesMayBeWindows) {
+  std::filesystem::create_directory(in_folder("rgb"));
+  folder_.write("rgb/a.jpg", "");
+  EXPECT_EQ(load("0.0 rgb\\a.jpg\n")[0].path, in_folder("rgb/a.jpg"));
+}
+
 TEST_F(ImageList, OfPairsOfImagesSaysWhatIsTooMuch) {
   folder_.write("a.jpg", "");
   EXPECT_NE(refusal("0.0 a.jpg 0.01 depth/a.png\n").find("'0.01 depth/a.png' is too much"),
@@ -71,6 +77,7 @@ TEST_F(ImageList, NamesTheCauseOfARefusal) {
   EXPECT_NE(refusal("-1.0 a\n").find("'-1.0' is no time"), std::string::npos);
   EXPECT_NE(refusal("99999999999999999999 a\n").find("is no time"), std::string::npos);
   EXPECT_NE(refusal("a.jpg 0.0\n").find("'a.jpg' is no time"), std::string::npos);
+  EXPECT_NE(refusal("0,0 a.jpg\n").find("decimal comma"), std::string::npos);
   EXPECT_NE(refusal("0.0\n").find("rgb.txt:1: names no file"), std::string::npos);
   EXPECT_NE(refusal(std::string("\xFF\xFE"
                                 "0\0.\0",

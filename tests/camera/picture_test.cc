@@ -175,6 +175,28 @@ TEST(Picture, SixteenBitsAreScaledByThoseThatAreUsed) {
       << "brighter than expected is white";
 }
 
+TEST(Picture, OfASizeThatIsNotReadIsRefused) {
+  for (const cv::Size size : {cv::Size(15, 40), {40, 15}, {8193, 16}, {16, 8193}}) {
+    for (const char* extension : {".jpg", ".png"}) {
+      const Picture picture =
+          decode_picture(encoded(cv::Mat(size, CV_8UC3, cv::Scalar::all(9)), extension), 3);
+      EXPECT_NE(picture.error.find("sides of 16 to 8192 px"), std::string::npos) << picture.error;
+      EXPECT_TRUE(picture.image.bytes.empty());
+    }
+  }
+}
+
+TEST(Picture, ThatEndsEarlyIsRefusedWhateverItsFormat) {
+  cv::Mat noise(64, 96, CV_8UC3);
+  cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
+  for (const char* extension : {".png", ".tiff", ".bmp", ".webp", ".ppm"}) {
+    const Bytes whole = encoded(noise, extension);
+    EXPECT_EQ(decode_picture(whole, 3).error, "") << extension;
+    EXPECT_NE(decode_picture(std::span(whole).first(whole.size() * 6 / 10), 3).error, "")
+        << extension;
+  }
+}
+
 TEST(Picture, WhatIsNoImageSaysWhy) {
   const TemporaryFolder folder;
   EXPECT_EQ(read_picture(folder.path() + "/none.png", 3).error, "does not exist");

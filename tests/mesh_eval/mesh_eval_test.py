@@ -74,6 +74,20 @@ class MeshEval(unittest.TestCase):
         self.assertEqual(volume["metres_per_mu"], first["metres_per_mu"])
         self.assertNotEqual(volume["triangles"], first["triangles"])
 
+    def test_images_that_cannot_be_used_are_named_after_the_scores(self):
+        walk = self.render("walk", "--seconds", 4, "--depth-every", 6)
+        sorted((walk / "rgb").iterdir())[50].unlink()
+        sorted((walk / "depth").iterdir())[-2].write_bytes(b"")
+        file = self.folder / "numbers.json"
+        done = run("mesh-eval", walk, "--json", file)
+        self.assertEqual(done.returncode, 69, done.stderr)
+        final, _ = json.loads(file.read_text(encoding="utf-8"))
+        self.assertEqual(final["refused_images"], 1)
+        self.assertGreaterEqual(final["images"], 2)
+        self.assertIn("1 of 60 images could not be used", done.stderr)
+        self.assertIn("does not exist", done.stderr)
+        self.assertIn("depth: 1 of", done.stderr)
+
     def test_scores_a_real_kitchen(self):
         kitchen = DATA / "redkitchen"
         if not (kitchen / "rgb.txt").exists():
