@@ -17,7 +17,7 @@
 #include "foresight/slam_answer_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "foresight/view_t.hpp"
-#include "procs/slam/camera_choice.h"
+#include "procs/slam/intrinsics_choice.h"
 #include "procs/slam/image_stream.h"
 #include "procs/slam/kept_map.h"
 #include "procs/slam/map_shelf.h"
@@ -94,7 +94,7 @@ class SlamProcess : public Process {
   Publisher<slam_answer_t> answers_;
   DeltaSender<map_delta_t> deltas_;
   SnapshotGate snapshots_;
-  CameraChoice camera_;
+  IntrinsicsChoice camera_;
   Time last_doubt_;  // of a CAMERA_INFO, on our clock
   ImageStream images_;
   std::unique_ptr<Slam> slam_;

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "procs/slam/camera_choice.h"
+#include "procs/slam/intrinsics_choice.h"
 #include "procs/slam/image_stream.h"
 #include "procs/slam/map_shelf.h"
 #include "procs/slam/order_book.h"
@@ -89,9 +89,9 @@ TEST(ImageStream, ALateImageWasNotLost) {
   EXPECT_EQ(camera.stream.losses(camera.now).source_changes, 0);
 }
 
-TEST(CameraChoice, AChangeMustPersistAndFitTheImages) {
+TEST(IntrinsicsChoice, AChangeMustPersistAndFitTheImages) {
   const CameraModel first = test_camera(), other = first.scaled(0.5);
-  CameraChoice choice;
+  IntrinsicsChoice choice;
   EXPECT_EQ(choice.offer(kStart, first), CameraVerdict::kNew);
   for (int second = 0; second < 10; ++second) {
     EXPECT_EQ(choice.offer(kStart + seconds(second), other), CameraVerdict::kDoubted);
@@ -107,8 +107,8 @@ TEST(CameraChoice, AChangeMustPersistAndFitTheImages) {
   EXPECT_EQ(choice.doubted(), 12);
 }
 
-TEST(CameraChoice, WhatIsOnlyAssumedYieldsToTheFirstStatement) {
-  CameraChoice choice;
+TEST(IntrinsicsChoice, WhatIsOnlyAssumedYieldsToTheFirstStatement) {
+  IntrinsicsChoice choice;
   choice.assume(test_camera());
   EXPECT_EQ(choice.offer(kStart, test_camera()), CameraVerdict::kSame);
   choice.assume(test_camera());

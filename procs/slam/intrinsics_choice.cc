@@ -1,4 +1,4 @@
-#include "procs/slam/camera_choice.h"
+#include "procs/slam/intrinsics_choice.h"
 
 namespace foresight {
 namespace {
@@ -8,12 +8,12 @@ constexpr Duration kPersistence = seconds(2);
 
 }  // namespace
 
-bool CameraChoice::persists(Time now) const {
+bool IntrinsicsChoice::persists(Time now) const {
   return contender_->statements >= kStatements && now - contender_->since >= kPersistence &&
          contender_->fitting_images > contender_->other_images;
 }
 
-CameraVerdict CameraChoice::offer(Time now, const CameraModel& stated) {
+CameraVerdict IntrinsicsChoice::offer(Time now, const CameraModel& stated) {
   const bool first = !camera_ || is_assumed_;
   const bool same = camera_ && stated == *camera_;
   if (first || same) {
@@ -35,7 +35,7 @@ CameraVerdict CameraChoice::offer(Time now, const CameraModel& stated) {
   return CameraVerdict::kNew;
 }
 
-void CameraChoice::saw_image(int width_px, int height_px) {
+void IntrinsicsChoice::saw_image(int width_px, int height_px) {
   if (!contender_) return;
   const CameraModel& c = contender_->camera;
   const bool fits = width_px == c.width_px && height_px == c.height_px;

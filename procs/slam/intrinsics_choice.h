@@ -19,7 +19,7 @@ namespace foresight {
 
 enum class CameraVerdict { kSame, kNew, kDoubted };
 
-class CameraChoice {
+class IntrinsicsChoice {
  public:
   /// The first statement counts at once. A different one when it has been stated three times
   /// running, for two seconds, while most images had its size.
