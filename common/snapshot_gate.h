@@ -24,19 +24,20 @@ class SnapshotGate {
     if (waiting_) return std::nullopt;
     waiting_ = true;
     // A clock that was set back must not make anybody wait for the old time to come again.
-    const bool free = !answered_ || now < *answered_ || now - *answered_ >= interval_;
-    return free ? now : *answered_ + interval_;
+    const bool free = !has_answered_ || now < answered_ || now - answered_ >= interval_;
+    return free ? now : answered_ + interval_;
   }
   /// The whole state is being sent (or there is none): who asks from now on gets the next one.
   void answered(Time now) {
     waiting_ = false;
+    has_answered_ = true;
     answered_ = now;
   }
 
  private:
   Duration interval_;
-  bool waiting_ = false;
-  std::optional<Time> answered_;
+  bool waiting_ = false, has_answered_ = false;
+  Time answered_;  // the last time
 };
 
 }  // namespace foresight
