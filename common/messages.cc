@@ -18,19 +18,6 @@ std::vector<double> wxyz(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.
 // A map whose coordinates exceed this is broken: squares of them must not overflow.
 constexpr double kMaxCoordinate_mu = 1e9;
 
-// What a lens can be, and a camera file may say (camera_file.cc): 16 to 8192 px, a centre within one
-// image of the image, a focal length that is some angle, pixels that are nearly square, and numbers
-// from which finite rays come.
-bool is_possible(const CameraModel& c) {
-  const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
-  const double width = c.width_px, height = c.height_px;
-  return within(width, 16, 8192) && within(height, 16, 8192) && within(c.fx_px, 1, 1e5) &&
-         within(c.fy_px, 1, 1e5) && within(c.fx_px / c.fy_px, 0.2, 5) &&
-         within(c.cx_px, -width, 2 * width) && within(c.cy_px, -height, 2 * height) &&
-         std::all_of(c.distortion.begin(), c.distortion.end(),
-                     [&](double k) { return within(k, -100, 100); });
-}
-
 // Starts a new part when the current one is full.
 template <class Message>
 class PartWriter {
@@ -128,10 +115,27 @@ camera_info_t to_message(const CameraModel& camera, Time time) {
   return m;
 }
 
-std::optional<CameraModel> from_message(const camera_info_t& m) {
+namespace {
+
+// What a lens can be, and a camera file may say (camera_file.cc): 16 to 8192 px, a centre within
+// one image of the image, a focal length that is some angle, pixels that are nearly square, and
+// numbers from which finite rays come.
+bool makes_sense(const camera_info_t& m) {
+  const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
+  const double width = m.width_px, height = m.height_px;
   const bool known_lens =
       m.lens == camera_info_t::LENS_RADTAN || m.lens == camera_info_t::LENS_EQUIDISTANT;
-  if (!known_lens) return std::nullopt;
+  return known_lens && within(width, 16, 8192) && within(height, 16, 8192) &&
+         within(m.fx_px, 1, 1e5) && within(m.fy_px, 1, 1e5) && within(m.fx_px / m.fy_px, 0.2, 5) &&
+         within(m.cx_px, -width, 2 * width) && within(m.cy_px, -height, 2 * height) &&
+         std::all_of(std::begin(m.distortion), std::end(m.distortion),
+                     [&](double k) { return within(k, -100, 100); });
+}
+
+}  // namespace
+
+std::optional<CameraModel> from_message(const camera_info_t& m) {
+  if (!makes_sense(m)) return std::nullopt;
   CameraModel camera;
   camera.lens = m.lens == camera_info_t::LENS_RADTAN ? LensModel::kRadtan : LensModel::kEquidistant;
   camera.width_px = m.width_px;
@@ -141,7 +145,6 @@ std::optional<CameraModel> from_message(const camera_info_t& m) {
   camera.cx_px = m.cx_px;
   camera.cy_px = m.cy_px;
   std::copy(m.distortion, m.distortion + 5, camera.distortion.begin());
-  if (!is_possible(camera)) return std::nullopt;
   camera.prepare();
   if (camera.max_radius <= 0) return std::nullopt;  // the lens folds at its very centre
   return camera;
