@@ -20,6 +20,8 @@ class StampGate {
  public:
   static constexpr Duration kTolerance = seconds(1);
   static constexpr Duration kSilence = seconds(1);
+  /// A stream that lives by another clock may jump ahead by as much: a recording has gaps.
+  static constexpr Duration kGapOfARecording = seconds(3600);
   /// What is not older than this lives by the receiver's clock, whatever came before it.
   static constexpr Duration kPresent = seconds(60);
 
@@ -27,7 +29,8 @@ class StampGate {
   [[nodiscard]] bool accept(Time stamp, Time now) {
     const Duration lead = stamp - now;
     const bool is_alive = has_begun_ && now >= arrival_ && now - arrival_ < kSilence;
-    if (is_alive && lead > std::max(lead_, Duration{0}) + kTolerance) return false;
+    const Duration jump = lead_ > kTolerance ? kGapOfARecording : kTolerance;
+    if (is_alive && lead > std::max(lead_, Duration{0}) + jump) return false;
     const bool is_present = lead <= kTolerance && lead > Duration{0} - kPresent;
     if (!is_alive || is_present || lead >= lead_ - kTolerance) {
       has_begun_ = true;

@@ -110,6 +110,14 @@ TEST_F(NodeTest, AStreamThatIsStampedInTheFutureIsTakenOnceNothingElseComes) {
   EXPECT_EQ(listener_->received.size(), 7u) << "the present takes over at once";
 }
 
+TEST_F(NodeTest, ARecordingWithItsOwnStampsMayHaveGaps) {
+  for (const double ahead_s : {1e6, 1e6 + 0.1, 1e6 + 40, 1e6 + 40.1}) {
+    send(encode(make_image(world_.now().us + static_cast<int64_t>(1e6 * ahead_s))));
+    run_for(milliseconds(33));
+  }
+  EXPECT_EQ(listener_->received.size(), 4u);
+}
+
 TEST_F(NodeTest, RefusesInstantsOfNoAge) {
   for (const int64_t utime : {INT64_MAX, INT64_MIN, INT64_C(9'000'000'000'000'000'000)}) {
     send(encode(make_image(utime)));

@@ -50,7 +50,7 @@ void Attack::remember(Domain domain, const std::string& channel, std::span<const
   if (channel != "HEALTH") return;
   health_t health{};
   health.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  health_[health.process] = health;
+  health_[health.process] = health;  // link passes forged ones on: judge() forgets them
 }
 
 // All inputs, from what the processes declare. What link passes on unread has the type of what is
@@ -104,9 +104,11 @@ void Attack::throw_all(Progress* progress) {
 // Everybody was OK before, and must be again.
 std::string Attack::judge() {
   arena_.begin_judging();
+  health_.clear();
   arena_.run_for(kJudged_s);
   std::string text = arena_.find_fault();
-  for (const auto& [name, health] : health_) {
+  for (const std::string& name : arena_.processes()) {
+    const health_t& health = health_[name];
     if (health.state == health_t::STATE_OK) continue;
     text += (text.empty() ? "" : "; ") + name + " is in state " + std::to_string(health.state) +
             ": " + health.reason;

@@ -175,8 +175,8 @@ TEST_F(Following, DropsWhatIsOutOfOrderStaleOrMisshapen) {
   rig.send(rig.make_command(joints({1, 2, 3})));
   rig.send(rig.make_command(JointVector::Constant(7, 0.1)));
   joint_command_t many = rig.make_command(near_home(0.3));
-  many.position_rad.resize(100'000, 0.5);
-  many.n_joints = 100'000;
+  many.position_rad.resize(5'000, 0.5);
+  many.n_joints = 5'000;
   rig.send(many);
   rig.run(milliseconds(200));
   EXPECT_EQ(read(rig.joint_states.back().target_position_rad), near_home(0.2));
