@@ -172,6 +172,9 @@ TEST_F(Predictor, SaysWhichLimitsDifferAndWhoElseDrives) {
   const Time now = kStart + seconds(1);
   ASSERT_TRUE(predictor_.set_controller(now, {.time = now, .is_following = true, .driver = 77}));
   EXPECT_NE(predictor_.commanders_complaint(now).find("not at this site"), std::string::npos);
+  const int64_t absurd = std::numeric_limits<int64_t>::min();
+  ASSERT_TRUE(predictor_.set_controller(now, {.time = now, .driver = absurd}));
+  EXPECT_NE(predictor_.commanders_complaint(now).find("at no possible time"), std::string::npos);
 }
 
 TEST_F(Predictor, TheArmLagsBehindItsReferenceAsItDid) {
