@@ -11,18 +11,19 @@
 namespace foresight::slam {
 namespace {
 
-constexpr int kKeyframes = 9;  // before the last one comes
+constexpr int kFew = 9, kMany = 60;  // keyframes before the last one comes
 constexpr int kPoints = 100;
 
 class CullingTest : public testing::Test {
  protected:
   // Side by side, or each turned from the one before; points at depth 1 are seen by `observers` of
   // the keyframes in a row.
-  void build(double apart, double turn_deg, int observers) {
+  void build(double apart, double turn_deg, int observers, int keyframes = kFew) {
+    keyframes_ = keyframes;
     map_ = SlamMap();
     apart_ = apart;
     turn_deg_ = turn_deg;
-    for (int i = 0; i < kKeyframes; ++i) {
+    for (int i = 0; i < keyframes_; ++i) {
       Keyframe keyframe;
       keyframe.map_from_cam = pose_of(i);
       keyframe.pyramid = blank_;
@@ -30,7 +31,7 @@ class CullingTest : public testing::Test {
     }
     for (int n = 0; n < kPoints; ++n) {
       const Eigen::Vector3d point(0.05 * (n % 10) - 0.2, 0.05 * (n / 10) - 0.2, 1);
-      const int first = observers < kKeyframes ? n % (kKeyframes - observers + 1) : 0;
+      const int first = observers < keyframes_ ? n % (keyframes_ - observers + 1) : 0;
       const Observation source = see(point, first + n % observers);
       const auto corner = make_corner(camera_, source.keyframe_id, {source.pixel, 0});
       const int32_t id = map_.add_point(point, *corner);
@@ -53,16 +54,16 @@ class CullingTest : public testing::Test {
   // Sees all points; returns which of the older keyframes are gone.
   std::vector<int32_t> gone_after_the_next() {
     TrackingAttempt tracking;
-    tracking.map_from_cam = pose_of(kKeyframes);
+    tracking.map_from_cam = pose_of(keyframes_);
     for (const auto& [id, p] : map_.points()) {
       tracking.searched.push_back(id);
-      tracking.inliers.push_back({id, see(p.position_in_map, kKeyframes)});
+      tracking.inliers.push_back({id, see(p.position_in_map, keyframes_)});
     }
     Mapper mapper(camera_, SlamOptions{});
     mapper.insert_keyframe({Time{}, blank_, {}}, tracking, &map_);
     map_.validate();
     std::vector<int32_t> gone;
-    for (int32_t id = 0; id < kKeyframes; ++id) {
+    for (int32_t id = 0; id < keyframes_; ++id) {
       if (map_.keyframe(id) == nullptr) gone.push_back(id);
     }
     return gone;
@@ -70,6 +71,7 @@ class CullingTest : public testing::Test {
 
   CameraModel camera_ = test_camera();
   ImagePyramid blank_ = build_pyramid(view_of(cv::Mat(480, 640, CV_8UC1, cv::Scalar::all(90))));
+  int keyframes_ = kFew;
   double apart_ = 0, turn_deg_ = 0;
   SlamMap map_;
 };
@@ -77,7 +79,7 @@ class CullingTest : public testing::Test {
 using Ids = std::vector<int32_t>;
 
 TEST_F(CullingTest, ACrowdIsThinnedTwoAtATimeAndItsPointsStay) {
-  build(0.004, 0, kKeyframes);
+  build(0.004, 0, kFew);
   EXPECT_EQ(gone_after_the_next(), (Ids{1, 2}));  // the first holds the map's place
   EXPECT_EQ(map_.points().size(), static_cast<size_t>(kPoints));
   for (const auto& [id, p] : map_.points()) {
@@ -86,17 +88,29 @@ TEST_F(CullingTest, ACrowdIsThinnedTwoAtATimeAndItsPointsStay) {
 }
 
 TEST_F(CullingTest, KeyframesWithAPlaceOfTheirOwnStay) {
-  build(0.012, 0, kKeyframes);
+  build(0.012, 0, kFew);
   EXPECT_EQ(gone_after_the_next(), Ids{});
 }
 
 TEST_F(CullingTest, KeyframesThatLookElsewhereStay) {
-  build(0.004, 20, kKeyframes);
+  build(0.004, 20, kFew);
   EXPECT_EQ(gone_after_the_next(), Ids{});
 }
 
 TEST_F(CullingTest, KeyframesWhosePointsFewOthersSeeStay) {
   build(0.004, 0, 2);
+  EXPECT_EQ(gone_after_the_next(), Ids{});
+}
+
+// Each with a place of its own, but six others see its points from within 5 degrees.
+TEST_F(CullingTest, InALargeMapThoseThatOthersCoverGoTwoAtATime) {
+  build(0.012, 0, kMany, kMany);
+  EXPECT_EQ(gone_after_the_next().size(), 2u);
+  EXPECT_EQ(map_.points().size(), static_cast<size_t>(kPoints));
+}
+
+TEST_F(CullingTest, InALargeMapThoseThatFewOthersCoverStay) {
+  build(0.012, 0, 4, kMany);
   EXPECT_EQ(gone_after_the_next(), Ids{});
 }
 

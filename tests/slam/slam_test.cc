@@ -192,6 +192,16 @@ TEST_F(SlamTest, NamesAFocalLengthThatIsNotTheOneGiven) {
   }
 }
 
+TEST_F(SlamTest, ForgetsTheLeastNeededWhenMemoryIsShortAndSaysSo) {
+  SlamOptions options;
+  options.memory_limit_mb = 4;
+  Slam slam(camera_, options);
+  const TrackingResult last = sweep(&slam, 0, 0.8, 50);
+  EXPECT_EQ(last.state, TrackingState::kTracking) << last.reason;
+  EXPECT_GT(slam.statistics().forgotten_keyframes, 0);
+  EXPECT_NE(slam.warning().find("memory limit of 4 MB: "), std::string::npos) << slam.warning();
+}
+
 TEST_F(SlamTest, DeltasAddUpToTheSnapshot) {
   Slam slam(camera_, SlamOptions{});
   Receiver receiver;
