@@ -55,7 +55,7 @@ void set_camera(const std::string& source, Sequence* sequence) {
 
 void set_depth(const std::filesystem::path& root, Sequence* sequence) {
   const std::string list = (root / "depth.txt").string();
-  if (!std::filesystem::exists(list)) return;
+  if (!std::filesystem::exists(list) || data_lines(list).empty()) return;  // lists none
   sequence->depth_images = load_image_list(list);
   const std::string camera_file = (root / "camera.yaml").string();
   sequence->depth_scale = 1.0 / 5000;
