@@ -80,7 +80,9 @@ TEST(DeviceConfig, ARecordingHasTheMappingOfItsDevice) {
   state.device = "gamepad";
   state.n_deflections = 5;
   state.deflections.assign(5, 0.0);
-  LogWriter(params.device_path).write({1}, "DEVICE_STATE", encode(state));
+  LogWriter log(params.device_path);
+  log.write({1}, "DEVICE_STATE", encode(state));
+  log.close();
   EXPECT_EQ(choose_mapping(params, wam4()).axes_needed(), 5);
   params.mapping_file = deploy_file("mappings/omni_wam.yaml");
   EXPECT_EQ(choose_mapping(params, wam4()).axes_needed(), 3);

@@ -93,6 +93,7 @@ TEST_F(FileDeviceTest, PlaysRecordedDeflections) {
       state.deflections = {0.1 * i, -1};
       log.write({state.utime}, "DEVICE_STATE", encode(state));
     }
+    log.close();
   }
   EXPECT_EQ(recorded_device(path), "gamepad");
   FileDevice device({.path = path, .start_delay_s = 0});

@@ -135,6 +135,8 @@ TEST_F(RobotWorld, ForgedTorquesAreCountedAndChangeATickAtMost) {
   add_controller();
   run(1);
   const JointVector before = true_position();
+  // What no clock shows does not come as far as the arm (message_check.h).
+  constexpr int64_t kAbsurd = 9'000'000'000'000'000'000;
   int64_t forged = 0;
   const auto send = [&](int64_t utime, double torque_nm) {
     arm_torques_t torques{};
@@ -142,12 +144,12 @@ TEST_F(RobotWorld, ForgedTorquesAreCountedAndChangeATickAtMost) {
     torques.n_motors = 4;
     torques.motor_torque_nm.assign(4, torque_nm);
     world_.inject(world_.now(), Domain::kRobot, "ARM_TORQUES", encode(torques));
-    ++forged;
+    forged += utime == kAbsurd ? 0 : 1;
   };
   for (int i = 0; i < 500; ++i) {
     const int64_t now_us = world_.now().us;
-    for (const int64_t utime : {now_us, now_us - 1, now_us - 2000, now_us - 1'000'000, int64_t{0},
-                                int64_t{9'000'000'000'000'000'000}}) {
+    for (const int64_t utime :
+         {now_us, now_us - 1, now_us - 2000, now_us - 1'000'000, int64_t{0}, kAbsurd}) {
       send(utime, i % 2 == 0 ? 1e9 : -1.5);
     }
     run(0.002);

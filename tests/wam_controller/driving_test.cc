@@ -226,7 +226,7 @@ TEST_F(WhoDrives, IsNotWhoForgesASessionFromTheFuture) {
   drive();
   for (int i = 0; i < 30; ++i) {
     joint_command_t forged = make_other(i % 2 == 0);
-    forged.session = 9'000'000'000'000'000'000;
+    forged.session = forged.utime + 3'600'000'000;
     rig.send(forged);
     rig.command_for(milliseconds(33), far_away());
   }
