@@ -147,7 +147,7 @@ bool ArmController::take_encoders(const ArmReading& reading) {
   const Duration since_last = reading.time - time_;
   const bool is_gap = !has_reading_ || since_last > options_.encoder_timeout ||
                       since_last < options_.encoder_timeout * -1 || is_another_stream(reading.time);
-  if (!is_gap && since_last.us <= 0) return false;
+  if (!is_gap && (since_last.us <= 0 || is_doubtful(reading, since_last))) return false;
   time_ = reading.time;
   has_reading_ = true;
   safety_ = reading.safety;
@@ -157,7 +157,7 @@ bool ArmController::take_encoders(const ArmReading& reading) {
     servo_.reset(reading.position_rad);
     return true;
   }
-  const int jumped = find_jump(reading.position_rad);
+  const int jumped = find_jump(servo_.position_rad(), reading.position_rad, dt_s_);
   if (jumped < 0) {
     servo_.measure(reading.position_rad, dt_s_);
     return true;
@@ -180,10 +180,26 @@ bool ArmController::is_another_stream(Time reading) {
   return true;
 }
 
-int ArmController::find_jump(const JointVector& position_rad) const {
-  const JointVector way = position_rad - servo_.position_rad();
+// A jump that no arm makes, once: the next reading tells whether the encoder has jumped or this one
+// was none of the arm's. Meanwhile the torque stays; readings that never agree are none at all.
+bool ArmController::is_doubtful(const ArmReading& reading, Duration since_last) {
+  const bool jumps =
+      find_jump(servo_.position_rad(), reading.position_rad, since_last.seconds()) >= 0;
+  const bool is_confirmed =
+      has_doubt_ && reading.time > doubted_time_ &&
+      find_jump(doubted_rad_, reading.position_rad, (reading.time - doubted_time_).seconds()) < 0;
+  has_doubt_ = jumps && !is_confirmed;
+  doubted_rad_ = reading.position_rad;
+  doubted_time_ = reading.time;
+  return has_doubt_;
+}
+
+// The joint that has gone further than any arm does in that time; −1: none.
+int ArmController::find_jump(const JointVector& from_rad, const JointVector& to_rad,
+                             double dt_s) const {
+  const JointVector way = to_rad - from_rad;
   const int joint = largest(way);
-  const double possible = options_.encoder_jump_rad_per_s * dt_s_ + kJumpTolerance_rad;
+  const double possible = options_.encoder_jump_rad_per_s * dt_s + kJumpTolerance_rad;
   return std::abs(way[joint]) > possible ? joint : -1;
 }
 

@@ -124,7 +124,8 @@ class ArmController {
   void heed_safety(const ArmReading& reading);
   void activate();
   void control();
-  int find_jump(const JointVector& position_rad) const;
+  bool is_doubtful(const ArmReading& reading, Duration since_last);
+  int find_jump(const JointVector& from_rad, const JointVector& to_rad, double dt_s) const;
 
   ArmModel arm_;
   ControllerOptions options_;
@@ -139,6 +140,10 @@ class ArmController {
   Time time_;        // of the last reading
   Time older_time_;  // of the last one that was older than that
   int older_in_a_row_ = 0;
+  // A reading that jumped, until the next one.
+  bool has_doubt_ = false;
+  JointVector doubted_rad_;
+  Time doubted_time_;
   double dt_s_ = 0;  // before it
   Time command_time_, command_arrival_;
   int64_t commands_limited_ = 0;

@@ -11,6 +11,7 @@ constexpr int64_t kTooMany = 3;  // in a second; fewer may be late ones of an en
 constexpr uint64_t kLargestSeqStep = 10;  // over which a sender's period tells where a stamp lies
 constexpr Duration kClockTolerance = milliseconds(10);
 constexpr Duration kStep = milliseconds(100);
+constexpr int kConfirmations = 3;  // commands
 constexpr Duration kStepIsSaidFor = seconds(10);
 constexpr int64_t kFarAway_us = 1'000'000'000'000;  // absurd stamps must not overflow
 
@@ -44,7 +45,8 @@ void CommandWatch::on_command(Time arrival, const ArmCommand& command, CommandVe
   if (verdict == CommandVerdict::kOfOthers) second_.other_session = command.session;
 }
 
-// A stall makes stamps and arrivals jump, a link arrivals alone, a clock that is set stamps alone.
+// A stall makes stamps and arrivals jump, a link arrivals alone, a clock that is set stamps alone,
+// and for good: one forged stamp is none.
 void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
   const Time stamp = within_reach(arrival, command.time);
   const uint64_t step = static_cast<uint64_t>(command.seq) - static_cast<uint64_t>(last_.seq);
@@ -59,9 +61,16 @@ void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
     if (period.us == 0) {
       if (passed.us > 0 && passed < seconds(1) * count) period = {passed.us / count};
     } else if (magnitude(jump) > kStep && magnitude(age_change) > kStep) {
-      clock_step_ = jump;
+      const bool is_back = magnitude(suspected_step_ + jump) < kStep;
+      suspected_step_ = is_back ? Duration{} : jump;
+      confirmations_ = 0;
+    } else if (suspected_step_.us != 0 && ++confirmations_ == kConfirmations) {
+      clock_step_ = suspected_step_;
       clock_stepped_at_ = arrival;
+      suspected_step_ = {};
     }
+  } else {
+    suspected_step_ = {};
   }
   last_ = {true, command.session, command.seq, stamp, arrival, period};
 }

@@ -55,6 +55,8 @@ class CommandWatch {
     Time stamp, arrival;
     Duration period;  // of its sender; 0: not known yet
   } last_;
+  Duration suspected_step_;  // until the commands that follow confirm it, or take it back
+  int confirmations_ = 0;
   Duration clock_step_;
   Time clock_stepped_at_;
 };

@@ -384,13 +384,29 @@ TEST_F(ForgedEncoders, AReadingFromTheFutureCostsAFreshEngageAndNoMore) {
   }
 }
 
-TEST_F(ForgedEncoders, AJumpIsAFaultWithItsReason) {
+TEST_F(ForgedEncoders, AJumpThatNoOtherReadingConfirmsChangesNothing) {
   drive();
-  arm_encoders_t forged = rig.make_encoders();
-  forged.utime += 1000;
-  forged.motor_counts[1] += 50'000;
-  rig.run(milliseconds(1));
-  rig.send_encoders(forged);
+  for (int i = 0; i < 20; ++i) {
+    arm_encoders_t forged = rig.make_encoders();
+    forged.utime += 1000;
+    forged.motor_counts[1] += 50'000 * (i % 2 == 0 ? 1 : -1);
+    rig.run(milliseconds(1));
+    rig.send_encoders(forged);
+    rig.run(milliseconds(9));
+    rig.send(rig.make_command(far_away()));
+  }
+  EXPECT_EQ(rig.does(), ArmState::kFollowing) << rig.state().reason;
+}
+
+TEST_F(ForgedEncoders, AJumpThatLastsIsAFaultWithItsReason) {
+  drive();
+  for (int i = 0; i < 2; ++i) {
+    arm_encoders_t forged = rig.make_encoders();
+    forged.utime += 500 * (i + 1);
+    forged.motor_counts[1] += 50'000;
+    rig.run(microseconds(500));
+    rig.send_encoders(forged);
+  }
   rig.run(milliseconds(20));
   EXPECT_EQ(rig.does(), ArmState::kFault);
   EXPECT_NE(rig.state().reason.find("encoder jumped"), std::string::npos) << rig.state().reason;
