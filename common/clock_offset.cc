@@ -11,6 +11,7 @@ constexpr Duration kWindow = seconds(1.0);
 constexpr Duration kSumTolerance = milliseconds(20);
 // Of a downlink while no command arrives: the controller refuses what is 2 s from its clock.
 constexpr Duration kSuspicious = seconds(1.0);
+constexpr Duration kAgreement = milliseconds(500);
 constexpr double kLongest_us = 1e15;  // 30 years
 
 // Stamps come from outside: absurd ones must not overflow.
@@ -33,7 +34,23 @@ std::string ahead_or_behind(Duration d) { return text(d) + (d.us > 0 ? " ahead" 
 
 }  // namespace
 
+// One absurd sample among good ones agrees with neither neighbour.
+bool ClockOffset::agrees_with_last(const ClockSample& sample) {
+  const bool agrees = last_ &&
+                      size_of(difference(sample.now, sample.robot_time) -
+                              difference(last_->now, last_->robot_time)) < kAgreement &&
+                      size_of(difference(sample.command_arrival, sample.command_time) -
+                              difference(last_->command_arrival, last_->command_time)) < kAgreement;
+  const bool is_first = !last_;
+  last_ = sample;
+  return agrees || is_first;
+}
+
 void ClockOffset::add(const ClockSample& sample) {
+  if (!agrees_with_last(sample)) {
+    window_.is_contradicted = true;
+    return;
+  }
   if (!window_begin_) window_begin_ = sample;
   if (is_whole(window_begin_->now, sample.now) ||
       is_whole(window_begin_->robot_time, sample.robot_time)) {
@@ -64,7 +81,9 @@ void ClockOffset::look_for_impossible() {
 }
 
 void ClockOffset::close_window() {
-  if (window_.uplink) {
+  if (window_.is_contradicted) {
+    // What is of two minds tells nothing: the next one does.
+  } else if (window_.uplink) {
     unanswered_ = Duration{0};
     look_for_step();
     history_[history_count_++ % kHistory] = window_;

@@ -48,7 +48,8 @@ class ClockOffset {
  public:
   explicit ClockOffset(const ClockOffsetOptions& options = {}) : options_(options) {}
 
-  /// Samples may come at any rate and with any stamps.
+  /// Samples may come at any rate and with any stamps; one counts when it agrees with the one
+  /// before within half a second, and steps are looked for between seconds in which all agree.
   void add(const ClockSample& sample);
 
   /// Apparent latencies of the newest sample, negative where the clocks make them so. Nothing
@@ -74,8 +75,9 @@ class ClockOffset {
   // The least latencies of about a second.
   struct Window {
     std::optional<Duration> downlink, uplink;
-    bool is_impossible = false;
+    bool is_impossible = false, is_contradicted = false;
   };
+  bool agrees_with_last(const ClockSample& sample);
   void look_for_impossible();
   void close_window();
   void look_for_step();
@@ -88,6 +90,7 @@ class ClockOffset {
   static constexpr int kRunning = 5;      // impossible samples that are no outliers
 
   ClockOffsetOptions options_;
+  std::optional<ClockSample> last_;
   std::optional<Duration> downlink_, uplink_;
   int impossible_running_ = 0;
   bool was_impossible_ = false;

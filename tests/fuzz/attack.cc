@@ -10,12 +10,16 @@ namespace foresight::fuzz {
 namespace {
 
 constexpr double kBurst_s = 0.01, kRecovery_s = 2, kJudged_s = 1.5;
+// Health says what happened in the last five seconds (lost images), in reports of once a second.
+constexpr double kHealthRecovery_s = 4;
 constexpr size_t kSamples = 6;  // of each channel, old ones and new ones
 // The genuine traffic of the time needs some itself.
 constexpr double kMaxGrowth_mb = 40;
 
-bool is_order(const std::string& channel) {
-  return channel == "PENDANT" || channel == "SLAM_COMMAND";
+// Orders are obeyed, whoever gives them; and an arm whose readings are as often forged as not stops
+// with a fault that a person resets.
+bool is_obeyed(const std::string& channel) {
+  return channel == "PENDANT" || channel == "SLAM_COMMAND" || channel == "ARM_ENCODERS";
 }
 
 double heap_mb() { return static_cast<double>(mallinfo2().uordblks) * 1e-6; }
@@ -60,7 +64,7 @@ void Attack::choose_targets() {
     if (options_.process != "all" && options_.process != name) continue;
     for (const PortRecord& port : arena_.world().node(name).ports()) {
       const PortSpec& spec = port.spec;
-      if (!port.is_input || (is_order(spec.channel) && !options_.orders)) continue;
+      if (!port.is_input || (is_obeyed(spec.channel) && !options_.orders)) continue;
       if (!options_.channel.empty() && options_.channel != spec.channel) continue;
       const MessageSchema* schema = find_schema(port.type);
       const Seen& seen = seen_[{spec.domain, spec.channel}];
@@ -101,12 +105,17 @@ void Attack::throw_all(Progress* progress) {
   }
 }
 
-// Everybody was OK before, and must be again.
-std::string Attack::judge() {
+std::string Attack::judge_function() {
   arena_.begin_judging();
+  arena_.run_for(kJudged_s);
+  return arena_.find_fault();
+}
+
+// Everybody was OK before, and must be again.
+std::string Attack::judge_health() {
   health_.clear();
   arena_.run_for(kJudged_s);
-  std::string text = arena_.find_fault();
+  std::string text;
   for (const std::string& name : arena_.processes()) {
     const health_t& health = health_[name];
     if (health.state == health_t::STATE_OK) continue;
@@ -118,16 +127,21 @@ std::string Attack::judge() {
 
 std::string Attack::run(Progress* progress) {
   arena_.run_for(arena_.warm_up_s());
-  if (const std::string fault = judge(); !fault.empty()) return "before the attack: " + fault;
+  if (const std::string fault = judge_function() + judge_health(); !fault.empty()) {
+    return "before the attack: " + fault;
+  }
   choose_targets();
   const double before_mb = heap_mb();
   throw_all(progress);
   arena_.run_for(kRecovery_s);
-  const std::string fault = judge();
+  const std::string fault = judge_function();
+  arena_.run_for(kHealthRecovery_s);
+  const std::string health = judge_health();
   const double growth_mb = heap_mb() - before_mb;
   if (growth_mb > kMaxGrowth_mb) return "the heap grew by " + std::to_string(growth_mb) + " MB";
-  if (fault.empty() || options_.orders) return {};
-  return "two seconds after the last: " + fault;
+  if (options_.orders) return {};
+  if (!fault.empty()) return "two seconds after the last: " + fault;
+  return health.empty() ? "" : "eight seconds after the last: " + health;
 }
 
 }  // namespace foresight::fuzz

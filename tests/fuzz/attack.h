@@ -6,8 +6,9 @@
 //   Attack attack(arena, {.process = "calibrator", .seed = 1, .mutants = 10'000});
 //   if (std::string fault = attack.run(&progress); !fault.empty()) …
 //
-// What is an order (PENDANT, SLAM_COMMAND) is obeyed when it is valid: LCM authenticates nobody. It
-// is left out unless `orders` says otherwise, and then only death and memory are judged.
+// What is obeyed when it is valid (PENDANT, SLAM_COMMAND; ARM_ENCODERS: LCM authenticates nobody)
+// is left out unless `orders` says otherwise, and then only death and memory are judged. Health, which
+// tells of the last seconds, must be good again after eight.
 #pragma once
 
 #include <cstdint>
@@ -83,7 +84,8 @@ class Attack {
   void throw_all(Progress* progress);
   void throw_one(Progress* progress);
   const std::vector<uint8_t>& sample(const Target& target);
-  std::string judge();
+  std::string judge_function();
+  std::string judge_health();
 
   Arena& arena_;
   AttackOptions options_;

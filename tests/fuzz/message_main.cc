@@ -143,7 +143,8 @@ void declare_options(CLI::App& app, Arguments& a) {
       ->allow_extra_args(false);
   app.add_option("--channel", a.attack.channel, "only this one");
   app.add_flag("--orders", a.attack.orders,
-               "PENDANT and SLAM_COMMAND too, which are obeyed: only death and memory are judged");
+               "PENDANT, SLAM_COMMAND and ARM_ENCODERS too, which are obeyed: only death and "
+               "memory are judged");
   app.add_option("--arena", a.arena,
                  "loop: the whole system; line: carver, mesher and calibrator, many times faster")
       ->check(CLI::IsMember({"loop", "line"}))
