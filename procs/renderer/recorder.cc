@@ -37,6 +37,7 @@ Recorder::Recorder(const std::string& path, int width_px, int height_px, double 
   std::signal(SIGPIPE, SIG_IGN);  // a dead ffmpeg is reported by write()
   const bool is_video = !path.ends_with(".png");
   // setsid: Ctrl-C must reach us first, so that ffmpeg can finish the file after our last frame.
+  // /proc/self/fd: "2>&N" is no redirection for dash when N has two digits.
   const std::string command =
       "exec setsid ffmpeg -y -loglevel error -f rawvideo -pixel_format rgb24 -video_size " +
       std::to_string(width_px) + "x" + std::to_string(height_px) + " -framerate " +
@@ -44,7 +45,7 @@ Recorder::Recorder(const std::string& path, int width_px, int height_px, double 
       (is_video ? "-c:v libx264 -preset ultrafast -crf 20 -threads 1 -pix_fmt yuv420p -movflags "
                   "+frag_keyframe+empty_moov -g 30 "
                 : "") +
-      quoted(path) + " 2>&" + std::to_string(fileno(complaints_));
+      quoted(path) + " 2>>/proc/self/fd/" + std::to_string(fileno(complaints_));
   pipe_ = popen(command.c_str(), "w");
   if (pipe_ == nullptr) throw UnavailableError("record: ffmpeg cannot be started");
 }

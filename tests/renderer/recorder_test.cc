@@ -1,6 +1,7 @@
 #include "procs/renderer/recorder.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -50,6 +51,20 @@ TEST(Recorder, GoesOnAtTheSizeOfItsBeginning) {
     ++pictures;
   }
   EXPECT_EQ(pictures, 4);
+}
+
+// A deployed renderer has sockets and graphics open: its files have numbers of two digits.
+TEST(Recorder, WorksInAProcessWithManyFilesOpen) {
+  std::vector<int> files(20);
+  for (int& file : files) file = dup(0);
+  TemporaryFolder folder;
+  {
+    Recorder recorder(folder.path() + "/many.mp4", 64, 48, 15);
+    for (int i = 0; i < 20; ++i) EXPECT_TRUE(recorder.write(grey(64, 48, 100)));
+    EXPECT_EQ(recorder.why_ended(), "");
+  }
+  for (const int file : files) close(file);
+  EXPECT_GT(std::filesystem::file_size(folder.path() + "/many.mp4"), 500u);
 }
 
 std::string why_a_recording_ends(const std::string& path) {
