@@ -20,11 +20,9 @@ using foresight::sim::Trajectory;
 namespace {
 
 const std::map<std::string, Trajectory::Kind> kTrajectories = {
-    {"desk", Trajectory::Kind::kDesk},
-    {"rotation", Trajectory::Kind::kRotation},
-    {"static", Trajectory::Kind::kStatic},
-    {"return", Trajectory::Kind::kReturn},
-    {"loop", Trajectory::Kind::kLoop}};
+    {"desk", Trajectory::Kind::kDesk},     {"rotation", Trajectory::Kind::kRotation},
+    {"static", Trajectory::Kind::kStatic}, {"return", Trajectory::Kind::kReturn},
+    {"loop", Trajectory::Kind::kLoop},     {"wander", Trajectory::Kind::kWander}};
 const std::vector<std::string> kFollowFrom = {"world", "start"};
 const std::map<std::string, Antialiasing> kAntialiasing = {
     {"none", Antialiasing::kNone}, {"edges", Antialiasing::kEdges}, {"full", Antialiasing::kFull}};

@@ -1,5 +1,6 @@
 #include "sim/trajectory.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,12 +19,13 @@ constexpr double kReturnPeriod_s = 14;  // at full pace
 constexpr double kLapPeriod_s = 12;     // at full pace, which is always too fast
 constexpr double kLapRate_rad_per_s = 2 * std::numbers::pi / kLapPeriod_s;
 
-// Camera at a point that looks at another, the horizon level.
-Pose<World, Cam> looking(const Vector3d& from, const Vector3d& at) {
+// Camera at a point that looks at another, turned about its axis out of the level.
+Pose<World, Cam> looking(const Vector3d& from, const Vector3d& at, double roll_rad = 0) {
   const Vector3d forward = (at - from).normalized();
   const Vector3d right = forward.cross(Vector3d::UnitZ()).normalized();
   Eigen::Matrix3d rotation;
   rotation << right, forward.cross(right), forward;
+  rotation *= Eigen::AngleAxisd(roll_rad, Vector3d::UnitZ()).toRotationMatrix();
   return {rotation, from};
 }
 
@@ -69,7 +71,23 @@ Trajectory::Trajectory(Kind kind, uint64_t seed) : kind_(kind), ring_(ring_of(se
                         {0.03, vary(0.9, 1.3), vary(0, 6)}};
     target_ = {Swing{0.1, 0.3, 0}, {side * 0.35, 0.8 * rate, 0}, {0.10, 0.55 * rate, 0}};
   }
+  if (kind == Kind::kWander) wander(seed);
   pace_ = std::min(1.0, kMargin * safe_pace());
+}
+
+// Two swings per axis whose periods have nothing in common: six axes that meet every combination.
+void Trajectory::wander(uint64_t seed) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  Random random(seed, "wander");
+  const auto swing = [&random](double amplitude, double period_s) {
+    const double rate = 2 * std::numbers::pi / (period_s * random.uniform(0.95, 1.05));
+    return Swing{amplitude, rate, random.uniform(0, 6)};
+  };
+  position_ = {swing(0.11, 7.9), swing(0.17, 9.1), swing(0.10, 8.3)};
+  position_detail_ = {swing(0.07, 5.7), swing(0.11, 6.3), swing(0.06, 10.3)};
+  target_ = {Swing{}, swing(0.35, 6.1), swing(0.18, 7.3)};
+  target_detail_ = {Swing{}, swing(0.22, 9.7), swing(0.12, 5.2)};
+  roll_ = {swing(7 * kDegree, 8.9), swing(5 * kDegree, 6.7)};
 }
 
 // The greatest pace at which neither limit is passed.
@@ -106,9 +124,9 @@ Pose<World, Cam> Trajectory::pose_at_phase(double phase_s) const {
   Vector3d from = start_in_world_, target = target_in_world_;
   for (int axis = 0; axis < 3; ++axis) {
     from[axis] += position_[axis].at(t) + position_detail_[axis].at(t);
-    target[axis] += target_[axis].at(t);
+    target[axis] += target_[axis].at(t) + target_detail_[axis].at(t);
   }
-  return looking(from, target);
+  return looking(from, target, roll_[0].at(t) + roll_[1].at(t));
 }
 
 double Trajectory::phase_at(double t_s) const {

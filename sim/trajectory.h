@@ -25,6 +25,7 @@ class Trajectory {
     kStatic,    // stands still
     kReturn,    // goes along the desk and comes back to its start, again and again
     kLoop,      // goes round the world's origin, looking outward, again and again
+    kWander,    // a hand before the desk: within ±0.3 m, turned by up to 20°, never where it was
   };
 
   Trajectory(Kind kind, uint64_t seed);
@@ -49,6 +50,7 @@ class Trajectory {
     Swing radius, height, down;
   };
   static Ring ring_of(uint64_t seed);
+  void wander(uint64_t seed);
   Pose<World, Cam> pose_at_phase(double phase_s) const;
   Pose<World, Cam> pose_on_ring(double phase_s) const;
   double phase_at(double t_s) const;
@@ -56,9 +58,10 @@ class Trajectory {
 
   Kind kind_;
   Eigen::Vector3d start_in_world_, target_in_world_;
-  std::array<Swing, 3> position_, position_detail_, target_;
-  Ring ring_;        // of kLoop, which uses nothing of the above
-  double pace_ = 1;  // slows the whole motion so that the limits hold
+  std::array<Swing, 3> position_, position_detail_, target_, target_detail_;
+  std::array<Swing, 2> roll_;  // about the optical axis
+  Ring ring_;                  // of kLoop, which uses nothing of the above
+  double pace_ = 1;            // slows the whole motion so that the limits hold
 };
 
 }  // namespace foresight::sim

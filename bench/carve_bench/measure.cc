@@ -3,34 +3,28 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <numeric>
 
+#include "common/cpu_time.h"
 #include "common/peak_memory.h"
 
 namespace foresight {
 namespace {
 
-double thread_ms() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
-
 double timed_apply(Carver& carver, const MapDelta& delta, CarvingDelta* result) {
-  const double start = thread_ms();
+  const double start = thread_cpu_ms();
   *result = carver.apply(delta);
-  return thread_ms() - start;
+  return thread_cpu_ms() - start;
 }
 
 double timed_update(Mesher& mesher, const CarvingDelta& delta, Mesh* mesh) {
-  const double start = thread_ms();
+  const double start = thread_cpu_ms();
   if (mesher.apply(delta) != ApplyResult::kOk) {
     std::fprintf(stderr, "the mesher rejects a delta of the carver\n");
     std::exit(1);
   }
   *mesh = mesher.update();
-  return thread_ms() - start;
+  return thread_cpu_ms() - start;
 }
 
 // The carver alone first: its memory is what grows meanwhile.

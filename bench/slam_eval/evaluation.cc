@@ -2,14 +2,16 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
+#include <utility>
 
-#include "bench/slam_eval/cpu_time.h"
 #include "bench/slam_eval/score.h"
+#include "common/cpu_time.h"
 #include "common/errors.h"
 #include "common/output_file.h"
 #include "common/peak_memory.h"
@@ -126,6 +128,21 @@ void note_times(const std::vector<double>& track_ms, const std::vector<double>& 
   e->jobs = static_cast<int>(job_ms.size());
 }
 
+void note_errors_by_minute(Timeline& timeline, Evaluation* e) {
+  std::map<int, std::pair<double, int>> squared;  // minute: sum, count
+  for (const Answer& a : e->answers) {
+    if (!a.error_m || a.state != TrackingState::kTracking) continue;
+    auto& [sum, count] = squared[timeline.minute_of(a.played.time)];
+    sum += *a.error_m * *a.error_m;
+    ++count;
+  }
+  e->minutes = timeline.take();
+  for (Minute& minute : e->minutes) {
+    const auto it = squared.find(minute.minute);
+    if (it != squared.end()) minute.error_m_rmse = std::sqrt(it->second.first / it->second.second);
+  }
+}
+
 // Empty when it cannot be used, which is noted.
 Picture next_picture(const Sequence& sequence, size_t index, InputReport* report) {
   Picture picture = sequence.gray(index);
@@ -162,71 +179,111 @@ Similarity<World, Map> align_umeyama(const std::vector<Eigen::Vector3d>& points_
   return {scale, Eigen::Quaterniond(rotation), m.topRightCorner<3, 1>()};
 }
 
+namespace {
+
+// One run: the core, and what is noted while it is shown the images.
+class Run {
+ public:
+  Run(const Sequence& sequence, const SlamOptions& options, const EvaluationRange& range)
+      : sequence_(sequence), range_(range), slam_(begin(), options) {}
+
+  Evaluation finish() {
+    const std::vector<PlayedImage> playlist =
+        make_playlist(sequence_, range_.play, range_.degradation);
+    for (const PlayedImage& played : playlist) {
+      show(played);
+      if (e_.answers.size() == playlist.size() / 2) {
+        e_.keyframes_at_half = slam_.statistics().keyframes;
+        e_.points_at_half = slam_.statistics().points;
+      }
+    }
+    if (range_.play.frames < 0) e_.input.end(sequence_.shortfall);  // else it is not what ended it
+    if (e_.input.used() == 0) throw UnavailableError(sequence_.name + ": " + e_.input.complaint());
+    end();
+    return std::move(e_);
+  }
+
+ private:
+  CameraModel begin() {
+    forget_peak_memory();
+    e_.sequence = sequence_.name;
+    e_.degradation = range_.degradation.name;
+    CameraModel camera = degraded_camera(sequence_.camera, range_.degradation);
+    camera.fx_px *= range_.focal_factor;
+    camera.fy_px *= range_.focal_factor;
+    e_.focal_px = camera.fx_px;
+    e_.intrinsics_are_guessed = sequence_.intrinsics_are_guessed;
+    e_.truth_images = sequence_.images_with_truth();
+    for (const std::string& note : sequence_.notes) e_.input.note(note);
+    return camera;
+  }
+
+  void show(const PlayedImage& played) {
+    const Picture original = next_picture(sequence_, played.index, &e_.input);
+    if (original.image.bytes.empty()) return;
+    const cv::Mat image = degraded_image(view_of(original.image), played, range_.degradation);
+    const Time image_time = sequence_.images[played.index].time;
+    const double start_ms = thread_cpu_ms();
+    const TrackingResult r = slam_.track(
+        played.time, {image.data, image.cols, image.rows, static_cast<int>(image.step[0])});
+    track_ms_.push_back(thread_cpu_ms() - start_ms);
+    e_.answers.push_back({played, image_time, r.state, r.epoch, r.map_from_cam, r.quality, {}});
+    if (range_.verbose) print_frame(e_.answers.back(), r, track_ms_.back());
+    map();
+    const MapDelta delta = slam_.take_delta();
+    if (r.is_keyframe) note_keyframe(delta, image_time, &keyframe_times_);
+    if (range_.on_delta) range_.on_delta(e_.answers.back(), delta);
+    timeline_.note_image(played.time, r.state == TrackingState::kTracking, track_ms_.back(),
+                         slam_.statistics());
+  }
+
+  void map() {
+    while (auto job = slam_.take_job()) {
+      const double start_ms = thread_cpu_ms();
+      slam_.apply(Slam::run(std::move(*job)));
+      job_ms_.push_back(thread_cpu_ms() - start_ms);
+      timeline_.note_job(job_ms_.back());
+    }
+  }
+
+  void end() {
+    e_.frames = static_cast<int>(e_.answers.size());
+    note_times(track_ms_, job_ms_, &e_);
+    e_.peak_mb = peak_memory_mb();
+    e_.statistics = slam_.statistics();
+    e_.warning = slam_.warning();
+    e_.map = slam_.stored_map();
+    score(sequence_, &e_);
+    note_errors_by_minute(timeline_, &e_);
+    if (!range_.save_folder.empty()) {
+      try {  // the scores are worth having without the map
+        save(slam_, e_, range_.save_folder + "/" + e_.sequence + "_" + e_.degradation);
+      } catch (const StartupError& error) {
+        e_.not_saved = error.what();
+      }
+    }
+    const MapDelta snapshot = slam_.snapshot();
+    e_.hash = hash_of(e_.answers, snapshot);
+    if (sequence_.depth_scale <= 0) return;
+    e_.depth = check_depth(sequence_, snapshot, keyframe_times_,
+                           poses_at_depth_images(sequence_, e_, slam_.epoch()), &e_.depth_input);
+    if (!sequence_.depth_camera) compare_transfer(sequence_, live_poses(e_, slam_.epoch()), &e_);
+  }
+
+  const Sequence& sequence_;
+  const EvaluationRange& range_;
+  Evaluation e_;
+  Slam slam_;
+  Timeline timeline_;
+  std::vector<double> track_ms_, job_ms_;
+  std::map<int32_t, Time> keyframe_times_;
+};
+
+}  // namespace
+
 Evaluation evaluate(const Sequence& sequence, const SlamOptions& options,
                     const EvaluationRange& range) {
-  Evaluation e;
-  forget_peak_memory();
-  e.sequence = sequence.name;
-  e.degradation = range.degradation.name;
-  CameraModel camera = degraded_camera(sequence.camera, range.degradation);
-  camera.fx_px *= range.focal_factor;
-  camera.fy_px *= range.focal_factor;
-  e.focal_px = camera.fx_px;
-  e.intrinsics_are_guessed = sequence.intrinsics_are_guessed;
-  e.truth_images = sequence.images_with_truth();
-  for (const std::string& note : sequence.notes) e.input.note(note);
-  Slam slam(camera, options);
-  std::vector<double> track_ms, job_ms;
-  std::map<int32_t, Time> keyframe_times;
-  const std::vector<PlayedImage> playlist = make_playlist(sequence, range.play, range.degradation);
-  for (const PlayedImage& played : playlist) {
-    const SequenceImage& entry = sequence.images[played.index];
-    const Picture original = next_picture(sequence, played.index, &e.input);
-    if (original.image.bytes.empty()) continue;
-    const cv::Mat image = degraded_image(view_of(original.image), played, range.degradation);
-    const double start_ms = cpu_ms();
-    const TrackingResult r = slam.track(
-        played.time, {image.data, image.cols, image.rows, static_cast<int>(image.step[0])});
-    track_ms.push_back(cpu_ms() - start_ms);
-    e.answers.push_back({played, entry.time, r.state, r.epoch, r.map_from_cam, r.quality, {}});
-    if (range.verbose) print_frame(e.answers.back(), r, track_ms.back());
-    while (auto job = slam.take_job()) {
-      const double job_start_ms = cpu_ms();
-      slam.apply(Slam::run(std::move(*job)));
-      job_ms.push_back(cpu_ms() - job_start_ms);
-    }
-    const MapDelta delta = slam.take_delta();
-    if (r.is_keyframe) note_keyframe(delta, entry.time, &keyframe_times);
-    if (range.on_delta) range.on_delta(e.answers.back(), delta);
-    if (e.answers.size() == playlist.size() / 2) {
-      e.keyframes_at_half = slam.statistics().keyframes;
-      e.points_at_half = slam.statistics().points;
-    }
-  }
-  if (range.play.frames < 0) e.input.end(sequence.shortfall);  // else it is not what ended it
-  if (e.input.used() == 0) throw UnavailableError(sequence.name + ": " + e.input.complaint());
-  e.frames = static_cast<int>(e.answers.size());
-  note_times(track_ms, job_ms, &e);
-  e.peak_mb = peak_memory_mb();
-  e.statistics = slam.statistics();
-  e.warning = slam.warning();
-  e.map = slam.stored_map();
-  score(sequence, &e);
-  if (!range.save_folder.empty()) {
-    try {  // the scores are worth having without the map
-      save(slam, e, range.save_folder + "/" + e.sequence + "_" + e.degradation);
-    } catch (const StartupError& error) {
-      e.not_saved = error.what();
-    }
-  }
-  const MapDelta snapshot = slam.snapshot();
-  e.hash = hash_of(e.answers, snapshot);
-  if (sequence.depth_scale > 0) {
-    e.depth = check_depth(sequence, snapshot, keyframe_times,
-                          poses_at_depth_images(sequence, e, slam.epoch()), &e.depth_input);
-    if (!sequence.depth_camera) compare_transfer(sequence, live_poses(e, slam.epoch()), &e);
-  }
-  return e;
+  return Run(sequence, options, range).finish();
 }
 
 std::string complaint(const Evaluation& e) {

@@ -13,6 +13,7 @@
 #include "bench/slam_eval/depth_transfer.h"
 #include "bench/slam_eval/playlist.h"
 #include "bench/slam_eval/sequence.h"
+#include "bench/slam_eval/timeline.h"
 #include "common/frames.h"
 #include "procs/camera/input_report.h"
 #include "procs/slam/slam.h"
@@ -75,6 +76,7 @@ struct Evaluation {
   // At half time, to tell growth from what a scene needs.
   int keyframes_at_half = 0, points_at_half = 0;
   double track_ms_first_tenth = 0, track_ms_last_tenth = 0;  // medians
+  std::vector<Minute> minutes;
   std::string warning;
   Recovery recovery;
   DepthCheck depth;
@@ -82,8 +84,8 @@ struct Evaluation {
   DepthTransfer transfer, truth_transfer;
   double peak_mb = 0;
   std::string not_saved;  // why; empty if the map was saved or was not to be
-  StoredMap map;      // in the end
-  uint64_t hash = 0;  // of all poses and of the final map: equal bytes, equal hash
+  StoredMap map;          // in the end
+  uint64_t hash = 0;      // of all poses and of the final map: equal bytes, equal hash
   std::vector<Eigen::Vector3d> truth_path, estimated_path;  // aligned, m
   std::optional<Similarity<World, Map>> world_from_map;     // what aligned them
 };

@@ -36,6 +36,7 @@ const std::map<std::string, Member>& members() {
       {"bundle_outlier_px", &SlamOptions::bundle_outlier_px},
       {"adjust_all_keyframes", &SlamOptions::adjust_all_keyframes},
       {"close_loops", &SlamOptions::close_loops},
+      {"memory_limit_mb", &SlamOptions::memory_limit_mb},
       {"delta_threshold_px", &SlamOptions::delta_threshold_px},
       {"relocalise_min_quality", &SlamOptions::relocalise_min_quality},
       {"doubtful_quality", &SlamOptions::doubtful_quality},

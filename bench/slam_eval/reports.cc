@@ -4,6 +4,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <sstream>
+#include <utility>
 
 #include "bench/slam_eval/peers.h"
 #include "common/output_file.h"
@@ -61,6 +62,18 @@ void print_errors(const Evaluation& e) {
   std::printf("\n");
 }
 
+void print_minutes(const std::vector<Minute>& minutes) {
+  if (minutes.size() < 3) return;
+  std::printf("  minute  keyframes  points  map MB  track ms median, p95  job ms max  error cm\n");
+  for (const Minute& m : minutes) {
+    const std::string error = m.error_m_rmse < 0 ? "-" : format("%.2f", 100 * m.error_m_rmse);
+    std::printf(
+        "  %6d  %9d  %6d  %6.0f  %15.1f, %4.1f  %10.0f  %8s%s\n", m.minute + 1, m.keyframes,
+        m.points, m.map_mb, m.track_ms_median, m.track_ms_p95, m.job_ms_max, error.c_str(),
+        m.tracked < m.images ? format("  (%d images lost)", m.images - m.tracked).c_str() : "");
+  }
+}
+
 }  // namespace
 
 void print(const Evaluation& e) {
@@ -91,6 +104,7 @@ void print(const Evaluation& e) {
         e.keyframes_at_half, s.keyframes, e.points_at_half, s.points, e.track_ms_first_tenth,
         e.track_ms_last_tenth);
   }
+  print_minutes(e.minutes);
   std::printf("  quality: %.2f 5th percentile of right poses, %.2f highest of those off by 10 cm\n",
               e.right_quality_p05, e.wrong_quality_max);
   for (const QualityBin& b : e.quality_bins) {
@@ -137,72 +151,119 @@ void write_bins(const std::vector<QualityBin>& bins, std::ostream* file) {
   *file << "]";
 }
 
+void write_minutes(const std::vector<Minute>& minutes, std::ostream* file) {
+  *file << ", \"minutes\": [";
+  const char* separator = "";
+  for (const Minute& m : minutes) {
+    *file << separator << "{\"minute\": " << m.minute << ", \"images\": " << m.images
+          << ", \"tracked\": " << m.tracked << ", \"keyframes\": " << m.keyframes
+          << ", \"points\": " << m.points << ", \"map_mb\": " << m.map_mb
+          << ", \"track_ms_median\": " << m.track_ms_median
+          << ", \"track_ms_p95\": " << m.track_ms_p95 << ", \"job_ms_max\": " << m.job_ms_max
+          << ", \"error_m_rmse\": " << m.error_m_rmse << "}";
+    separator = ", ";
+  }
+  *file << "]";
+}
+
+using Figures = std::vector<std::pair<const char*, double>>;
+
+Figures input_figures(const Evaluation& e) {
+  return {
+      {"frames", e.frames},
+      {"refused_images", e.input.refused()},
+      {"focal_px", e.focal_px},
+      {"intrinsics_guessed", e.intrinsics_are_guessed ? 1 : 0},
+      {"truth_images", e.truth_images},
+  };
+}
+
+Figures pose_figures(const Evaluation& e) {
+  return {
+      {"tracked_fraction", e.tracked_fraction},
+      {"first_frame", e.first_frame},
+      {"init_s", e.init_s},
+      {"ate_rmse_m", e.ate_rmse_m},
+      {"ate_max_m", e.ate_max_m},
+      {"rpe_rmse_m", e.rpe_rmse_m},
+      {"rpe_rmse_deg", e.rpe_rmse_deg},
+      {"wrong_by_5_cm", e.wrong_by_5_cm},
+      {"wrong_by_10_cm", e.wrong_by_10_cm},
+  };
+}
+
+Figures work_figures(const Evaluation& e) {
+  return {
+      {"track_ms_median", e.track_ms_median},
+      {"track_ms_p95", e.track_ms_p95},
+      {"track_ms_max", e.track_ms_max},
+      {"job_ms_median", e.job_ms_median},
+      {"job_ms_max", e.job_ms_max},
+      {"keyframes", e.statistics.keyframes},
+      {"points", e.statistics.published_points},
+      {"keyframes_at_half", e.keyframes_at_half},
+      {"points_at_half", e.points_at_half},
+      {"track_ms_first_tenth", e.track_ms_first_tenth},
+      {"track_ms_last_tenth", e.track_ms_last_tenth},
+  };
+}
+
+Figures event_figures(const Evaluation& e) {
+  return {
+      {"losses", e.statistics.losses},
+      {"relocalisations", e.statistics.relocalisations},
+      {"restarts", e.statistics.restarts},
+      {"loops", e.statistics.loops},
+      {"focal_factor", e.statistics.focal_factor},
+      {"focal_cost_ratio", e.statistics.focal_cost_ratio},
+      {"disturbances", e.recovery.disturbances},
+      {"returned", e.recovery.returned},
+      {"returned_within_half_s", e.recovery.within_half_s},
+      {"return_slowest_s", e.recovery.slowest_s},
+      {"placed_in_black", e.recovery.placed_in_black},
+      {"right_quality_p05", e.right_quality_p05},
+      {"wrong_quality_max", e.wrong_quality_max},
+  };
+}
+
+Figures depth_figures(const Evaluation& e) {
+  return {
+      {"depth_compared", e.depth.compared},
+      {"depth_within_5_percent", e.depth.within_5_percent},
+      {"depth_within_10_percent", e.depth.within_10_percent},
+      {"depth_in_front_10_percent", e.depth.in_front_10_percent},
+      {"depth_within_2_sigma", e.depth.within_2_sigma},
+      {"transfer_px", e.transfer.px},
+      {"truth_transfer_px", e.truth_transfer.px},
+      {"transfer_from_fit_m", e.transfer.from_fit_m},
+      {"truth_transfer_from_fit_m", e.truth_transfer.from_fit_m},
+      {"peak_mb", e.peak_mb},
+  };
+}
+
+std::string json_of(const Evaluation& e) {
+  std::ostringstream text;
+  text << "  {\"sequence\": " << json_text(e.sequence) << ", \"degradation\": \"" << e.degradation
+       << "\"";
+  for (const Figures& figures :
+       {input_figures(e), pose_figures(e), work_figures(e), event_figures(e), depth_figures(e)}) {
+    for (const auto& [key, value] : figures) text << ", \"" << key << "\": " << value;
+  }
+  write_bins(e.quality_bins, &text);
+  write_minutes(e.minutes, &text);
+  text << "}";
+  return text.str();
+}
+
 }  // namespace
 
 void write_json(const std::vector<Evaluation>& evaluations, const std::string& path) {
   if (path.empty()) return;
-  std::ostringstream file;
-  file << "[\n";
-  for (size_t i = 0; i < evaluations.size(); ++i) {
-    const Evaluation& e = evaluations[i];
-    const auto add = [&](const char* key, double value) {
-      file << ", \"" << key << "\": " << value;
-    };
-    file << "  {\"sequence\": " << json_text(e.sequence) << ", \"degradation\": \"" << e.degradation
-         << "\"";
-    add("frames", e.frames);
-    add("refused_images", e.input.refused());
-    add("focal_px", e.focal_px);
-    add("intrinsics_guessed", e.intrinsics_are_guessed ? 1 : 0);
-    add("truth_images", e.truth_images);
-    add("tracked_fraction", e.tracked_fraction);
-    add("first_frame", e.first_frame);
-    add("init_s", e.init_s);
-    add("ate_rmse_m", e.ate_rmse_m);
-    add("ate_max_m", e.ate_max_m);
-    add("rpe_rmse_m", e.rpe_rmse_m);
-    add("rpe_rmse_deg", e.rpe_rmse_deg);
-    add("wrong_by_5_cm", e.wrong_by_5_cm);
-    add("wrong_by_10_cm", e.wrong_by_10_cm);
-    add("track_ms_median", e.track_ms_median);
-    add("track_ms_p95", e.track_ms_p95);
-    add("track_ms_max", e.track_ms_max);
-    add("job_ms_median", e.job_ms_median);
-    add("job_ms_max", e.job_ms_max);
-    add("keyframes", e.statistics.keyframes);
-    add("points", e.statistics.published_points);
-    add("keyframes_at_half", e.keyframes_at_half);
-    add("points_at_half", e.points_at_half);
-    add("track_ms_first_tenth", e.track_ms_first_tenth);
-    add("track_ms_last_tenth", e.track_ms_last_tenth);
-    add("losses", e.statistics.losses);
-    add("relocalisations", e.statistics.relocalisations);
-    add("restarts", e.statistics.restarts);
-    add("loops", e.statistics.loops);
-    add("focal_factor", e.statistics.focal_factor);
-    add("focal_cost_ratio", e.statistics.focal_cost_ratio);
-    add("disturbances", e.recovery.disturbances);
-    add("returned", e.recovery.returned);
-    add("returned_within_half_s", e.recovery.within_half_s);
-    add("return_slowest_s", e.recovery.slowest_s);
-    add("placed_in_black", e.recovery.placed_in_black);
-    add("right_quality_p05", e.right_quality_p05);
-    add("wrong_quality_max", e.wrong_quality_max);
-    add("depth_compared", e.depth.compared);
-    add("depth_within_5_percent", e.depth.within_5_percent);
-    add("depth_within_10_percent", e.depth.within_10_percent);
-    add("depth_in_front_10_percent", e.depth.in_front_10_percent);
-    add("depth_within_2_sigma", e.depth.within_2_sigma);
-    add("transfer_px", e.transfer.px);
-    add("truth_transfer_px", e.truth_transfer.px);
-    add("transfer_from_fit_m", e.transfer.from_fit_m);
-    add("truth_transfer_from_fit_m", e.truth_transfer.from_fit_m);
-    add("peak_mb", e.peak_mb);
-    write_bins(e.quality_bins, &file);
-    file << "}" << (i + 1 < evaluations.size() ? ",\n" : "\n");
+  std::string text = "[\n";
+  for (const Evaluation& e : evaluations) {
+    text += json_of(e) + (&e == &evaluations.back() ? "\n" : ",\n");
   }
-  file << "]\n";
-  write_output(path, file.str());
+  write_output(path, text + "]\n");
 }
 
 void write_table(const std::vector<Evaluation>& evaluations, const std::string& path) {

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "common/cpu_time.h"
 #include "common/image_codec.h"
 #include "common/messages.h"
 #include "procs/slam/map_folder.h"
@@ -123,8 +124,10 @@ void SlamProcess::on_image(const image_t& message) {
 void SlamProcess::track(const image_t& message, const Image& image) {
   last_image_ = {message.utime};
   last_arrival_ = node_.now();
+  const double begin_ms = thread_cpu_ms();
   const TrackingResult result = slam_->track(
       last_image_, {image.bytes.data(), image.width_px, image.height_px, image.width_px});
+  track_ms_ = thread_cpu_ms() - begin_ms;
   update_epoch(last_image_);
   const camera_pose_t pose = to_message(result);
   poses_.publish(pose);
@@ -252,7 +255,7 @@ void SlamProcess::continue_mapping() {
 void SlamProcess::note_relocalisation(const TrackingResult& result) {
   if (result.relocalised) {
     char text[64] = "relocalised: had taken another place for this one";
-    if (result.lost_s > 0) {
+    if (result.lost_s >= 0) {
       std::snprintf(text, sizeof text, "relocalised after %.1f s", result.lost_s);
     }
     relocalised_ = text;
@@ -274,6 +277,7 @@ void SlamProcess::publish_metrics(const TrackingResult& result) {
   node_.set_metric("restarts", s.restarts);
   node_.set_metric("focal_factor", s.focal_factor);
   node_.set_metric("quality", result.quality);
+  node_.set_metric("track_ms", track_ms_);
   node_.set_metric("camera_infos_doubted", static_cast<double>(camera_.doubted()));
   const ImageStream::Losses losses = images_.losses(node_.now());
   node_.set_metric("images_lost", static_cast<double>(losses.lost));

@@ -17,8 +17,8 @@
 #include "foresight/slam_answer_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "foresight/view_t.hpp"
-#include "procs/slam/intrinsics_choice.h"
 #include "procs/slam/image_stream.h"
+#include "procs/slam/intrinsics_choice.h"
 #include "procs/slam/kept_map.h"
 #include "procs/slam/map_shelf.h"
 #include "procs/slam/order_book.h"
@@ -104,6 +104,7 @@ class SlamProcess : public Process {
   bool epoch_is_sent_ = false;
   Time data_time_, last_image_, last_view_;  // the camera's clock
   Time last_arrival_, last_rejection_;       // ours
+  double track_ms_ = 0;                      // CPU time of the newest image
   Time relocalised_at_;                      // ours
   std::string relocalised_;                  // what the health says of it for a while; or empty
   std::string rejection_;

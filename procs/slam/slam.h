@@ -51,7 +51,7 @@ struct TrackingResult {
   std::string reason;        // why initialising or lost: "parallax 0.4 deg, need 1.0"
   bool is_keyframe = false;
   bool relocalised = false;  // this frame ended a loss, or was found to be of another place
-  double lost_s = 0;         // how long the loss lasted or lasts; 0: there was none
+  double lost_s = -1;        // how long the loss lasted or lasts; −1: there was none
   int epoch = 0;
 };
 

@@ -45,8 +45,9 @@ void CommandWatch::on_command(Time arrival, const ArmCommand& command, CommandVe
   if (verdict == CommandVerdict::kOfOthers) second_.other_session = command.session;
 }
 
-// A stall makes stamps and arrivals jump, a link arrivals alone, a clock that is set stamps alone,
-// and for good: one forged stamp is none.
+// A stall of the device makes stamps and arrivals jump, one of the link arrivals alone, a clock
+// that is set stamps alone, and for good: one forged stamp is none. When device and link stand
+// still at once, stamps jump alone too, but afterwards commands are as old as they were before.
 void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
   const Time stamp = within_reach(arrival, command.time);
   const uint64_t step = static_cast<uint64_t>(command.seq) - static_cast<uint64_t>(last_.seq);
@@ -61,18 +62,43 @@ void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
     if (period.us == 0) {
       if (passed.us > 0 && passed < seconds(1) * count) period = {passed.us / count};
     } else if (magnitude(jump) > kStep && magnitude(age_change) > kStep) {
-      const bool is_back = magnitude(suspected_step_ + jump) < kStep;
-      suspected_step_ = is_back ? Duration{} : jump;
-      confirmations_ = 0;
-    } else if (suspected_step_.us != 0 && ++confirmations_ == kConfirmations) {
-      clock_step_ = suspected_step_;
-      clock_stepped_at_ = arrival;
+      suspect_step(jump);
+    }
+    least_age_since_step_ = std::min(least_age_since_step_, arrival - stamp);
+    if (suspected_step_.us != 0 && confirmations_++ == kConfirmations) {
+      if (ages_confirm_step()) {
+        clock_step_ = suspected_step_;
+        clock_stepped_at_ = arrival;
+      }
       suspected_step_ = {};
     }
   } else {
     suspected_step_ = {};
+    least_age_ = {};
   }
+  note_age(arrival, arrival - stamp);
   last_ = {true, command.session, command.seq, stamp, arrival, period};
+}
+
+void CommandWatch::suspect_step(Duration jump) {
+  const bool is_back = magnitude(suspected_step_ + jump) < kStep;
+  if (suspected_step_.us == 0) age_before_step_ = usual_age();
+  suspected_step_ = is_back ? Duration{} : jump;
+  least_age_since_step_ = kNoAge;
+  confirmations_ = 0;
+}
+
+bool CommandWatch::ages_confirm_step() const {
+  if (age_before_step_ == kNoAge) return false;
+  return magnitude(least_age_since_step_ - age_before_step_ + suspected_step_) < kStep;
+}
+
+void CommandWatch::note_age(Time arrival, Duration age) {
+  const Duration passed = arrival - least_age_.second_began;
+  if (passed < Duration{} || passed >= seconds(1)) {
+    least_age_ = {arrival, least_age_.of_this, kNoAge};
+  }
+  least_age_.of_this = std::min(least_age_.of_this, age);
 }
 
 void CommandWatch::on_time(Time now, int64_t malformed) {

@@ -11,7 +11,9 @@
 // least; one from the past proves nothing, for it may have travelled.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <string>
 
 #include "procs/wam_controller/command_gate.h"
@@ -32,6 +34,8 @@ class CommandWatch {
   double clock_ahead_ms() const { return clock_ahead_.seconds() * 1e3; }
 
  private:
+  static constexpr Duration kNoAge{INT64_MAX};
+
   struct Second {
     int64_t commands = 0, followed = 0, malformed = 0;
     std::array<int64_t, kCommandVerdicts> dropped{};  // engaged ones, by verdict
@@ -40,6 +44,11 @@ class CommandWatch {
   };
 
   void look_for_step(Time arrival, const ArmCommand& command);
+  void suspect_step(Duration jump);
+  bool ages_confirm_step() const;
+  void note_age(Time arrival, Duration age);
+  /// The least of the last second or two: what the way takes when nothing stands still.
+  Duration usual_age() const { return std::min(least_age_.of_last, least_age_.of_this); }
   std::string describe(Time now) const;
   std::string describe_drops() const;
 
@@ -55,7 +64,12 @@ class CommandWatch {
     Time stamp, arrival;
     Duration period;  // of its sender; 0: not known yet
   } last_;
+  struct LeastAge {
+    Time second_began;
+    Duration of_last = kNoAge, of_this = kNoAge;
+  } least_age_;
   Duration suspected_step_;  // until the commands that follow confirm it, or take it back
+  Duration age_before_step_, least_age_since_step_;
   int confirmations_ = 0;
   Duration clock_step_;
   Time clock_stepped_at_;

@@ -12,8 +12,10 @@ namespace foresight::sim {
 namespace {
 
 using Kind = Trajectory::Kind;
-constexpr Kind kAtDesk[] = {Kind::kDesk, Kind::kRotation, Kind::kStatic, Kind::kReturn};
-constexpr Kind kAll[] = {Kind::kDesk, Kind::kRotation, Kind::kStatic, Kind::kReturn, Kind::kLoop};
+constexpr Kind kAtDesk[] = {Kind::kDesk, Kind::kRotation, Kind::kStatic, Kind::kReturn,
+                            Kind::kWander};
+constexpr Kind kAll[] = {Kind::kDesk,   Kind::kRotation, Kind::kStatic,
+                         Kind::kReturn, Kind::kLoop,     Kind::kWander};
 constexpr Duration kStep = milliseconds(10);
 
 TEST(Trajectory, StaysWithinTheSpeedLimits) {
@@ -81,6 +83,25 @@ TEST(Trajectory, KindsDoWhatTheySay) {
     const Pose<World, Cam> back = returning.at(returning.time_of_return(count));
     EXPECT_LT((back.translation() - returning.at({}).translation()).norm(), 1e-6);
     EXPECT_LT(back.rotation().angularDistance(returning.at({}).rotation()), 1e-6);
+  }
+}
+
+TEST(Trajectory, AWanderingHandIsNeverWhereItWas) {
+  for (uint64_t seed = 0; seed < 5; ++seed) {
+    const Trajectory trajectory(Kind::kWander, seed);
+    const Pose<World, Cam> early = trajectory.at(seconds(10));
+    double nearest = 1e9, farthest_m = 0, turned_rad = 0;
+    for (Duration t = seconds(15); t < seconds(600); t = t + milliseconds(50)) {
+      const Pose<World, Cam> now = trajectory.at(t);
+      const double moved_m = (now.translation() - early.translation()).norm();
+      const double rotated_rad = now.rotation().angularDistance(early.rotation());
+      nearest = std::min(nearest, std::hypot(moved_m, rotated_rad));
+      farthest_m = std::max(farthest_m, moved_m);
+      turned_rad = std::max(turned_rad, rotated_rad);
+    }
+    EXPECT_GT(nearest, 0.01);  // the next keyframe is 0.035 depths away
+    EXPECT_GT(farthest_m, 0.25);
+    EXPECT_GT(turned_rad, 0.35);
   }
 }
 

@@ -51,12 +51,25 @@ class SlamEval(unittest.TestCase):
         self.assertGreater(numbers["points"], 100)
         self.assertGreater(numbers["peak_mb"], 10)
         self.assertLess(numbers["peak_mb"], 1000)
+        minute, = numbers["minutes"]
+        self.assertEqual((minute["images"], minute["keyframes"]), (45, numbers["keyframes"]))
+        self.assertAlmostEqual(minute["error_m_rmse"], numbers["ate_rmse_m"], places=6)
+        self.assertGreater(minute["map_mb"], 0.1)
         head, line, row = (self.folder / "table.md").read_text(encoding="utf-8").splitlines()
         self.assertEqual(head.count("|"), row.count("|"))
         self.assertEqual(head.count("|"), line.count("|"))
         self.assertTrue(row.startswith("| walk |"), row)
         plot = (self.folder / "plots" / "walk_none.png").read_bytes()
         self.assertTrue(plot.startswith(b"\x89PNG"))
+
+    def test_tells_what_becomes_of_a_map_minute_by_minute(self):
+        run("sim-sequence", self.folder / "long", "--seed", 3, "--width", 128, "--fps", 1,
+            "--no-depth", "--seconds", 150, "--antialiasing", "none", "--trajectory", "static")
+        text = run("slam-eval", self.folder / "long", "--json", self.folder / "numbers.json")
+        self.assertIn("  minute  keyframes  points", text)
+        numbers, = json.loads((self.folder / "numbers.json").read_text(encoding="utf-8"))
+        self.assertEqual([(m["minute"], m["images"]) for m in numbers["minutes"]],
+                         [(0, 60), (1, 60), (2, 30)])
 
     def test_scores_a_sequence_without_any_pose(self):
         numbers = self.evaluate("turn", "--seconds", 1, "--trajectory", "rotation")

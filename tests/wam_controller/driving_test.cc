@@ -300,7 +300,7 @@ TEST_F(OperatorsClock, ThatIsSetInMidSessionIsSaid) {
   drive();
   for (const int64_t step_ms : {-300, 200}) {
     SCOPED_TRACE(step_ms);
-    command_late_for(seconds(1), milliseconds(400), {});
+    command_late_for(seconds(3), milliseconds(400), {});  // what they usually take
     command_late_for(seconds(3), milliseconds(400), milliseconds(step_ms));
     EXPECT_TRUE(health_says("clock was set by " + std::to_string(step_ms) + " ms"))
         << rig.health().reason;
