@@ -25,13 +25,11 @@ void log_line(const std::string& name, const std::string& line) {
   std::fprintf(stderr, "%s: %s\n", name.c_str(), line.c_str());
 }
 
-// Reports and orders that anybody may send: their stamps are of many clocks and in no order.
-constexpr std::array<std::string_view, 5> kOfManySenders{
-    "health_t", "link_stats_t", "snapshot_request_t", "slam_command_t", "pendant_t"};
-
-// slam judges the camera's clock itself (procs/slam/image_stream.h): one that was set loses no
-// images.
-constexpr std::string_view kOfACamera = "image_t";
+// Types whose stamps say nothing at the border. Reports and orders come from anybody: their stamps
+// are of many clocks and in no order. Images are of a camera whose clock slam judges itself
+// (procs/slam/image_stream.h): one that was set loses none.
+constexpr std::array<std::string_view, 6> kOfAnyTime{
+    "health_t", "link_stats_t", "snapshot_request_t", "slam_command_t", "pendant_t", "image_t"};
 
 // A port says so often at most why it rejects: a stranger must not fill the disk with log lines.
 constexpr Duration kRejectionLogged = seconds(1);
@@ -85,8 +83,7 @@ PortRecord* Node::add_port(const PortSpec& spec, const std::string& type, bool i
   port.spec = spec;
   port.type = type;
   port.is_input = is_input;
-  port.has_many_senders =
-      std::find(kOfManySenders.begin(), kOfManySenders.end(), type) != kOfManySenders.end();
+  port.judges_stamps = std::find(kOfAnyTime.begin(), kOfAnyTime.end(), type) == kOfAnyTime.end();
   ports_.push_back(port);
   return &ports_.back();
 }
@@ -111,8 +108,7 @@ std::string Node::find_error(PortRecord* port, const MessageSchema& schema, int6
   if (bytes.size() < 16 || read_int64(bytes, 0) != fingerprint) return "is not a " + port->type;
   if (std::string error = find_layout_error(schema, bytes); !error.empty()) return error;
   const Time stamp{read_int64(bytes, 8)};
-  if (port->has_many_senders || port->type == kOfACamera) return {};
-  if (port->stamps.accept(stamp, host_.now())) return {};
+  if (!port->judges_stamps || port->stamps.accept(stamp, host_.now())) return {};
   return future_text(stamp - host_.now());
 }
 

@@ -44,7 +44,7 @@ struct PortRecord {
   PortSpec spec;
   std::string type;
   bool is_input = false;
-  bool has_many_senders = false;  // reports and orders: no one stream of stamps
+  bool judges_stamps = true;  // false: what comes here has stamps of any time
   // Counters since start; `arrived` counts the rejected ones too.
   int64_t messages = 0, arrived = 0, rejected = 0, skipped = 0, bytes = 0;
   StampGate stamps;
