@@ -210,9 +210,9 @@ void Node::set_metric(const std::string& name_with_unit, double value) {
   metrics_[name_with_unit] = value;
 }
 
-void Node::finish(const std::string& reason, bool then_exit) {
+void Node::finish(const std::string& reason, std::optional<ExitCode> exit_code) {
   set_state(ProcessState::kDone, reason);
-  if (then_exit) host_.stop(0);
+  if (exit_code) host_.stop(*exit_code);
 }
 
 // Rates and worst cases of the second that ends now.

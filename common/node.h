@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "common/errors.h"
 #include "common/host.h"
 #include "common/message_check.h"
 #include "common/stamp_gate.h"
@@ -159,8 +160,8 @@ class Node {
   void reject_message(const std::string& channel, const std::string& why);
   /// The same, for a channel that is subscribed in both domains.
   void reject_message(Domain domain, const std::string& channel, const std::string& why);
-  /// The source has ended: state DONE; ends the process when `then_exit`.
-  void finish(const std::string& reason, bool then_exit);
+  /// The source has ended: state DONE; ends the process too, with `exit_code`, when there is one.
+  void finish(const std::string& reason, std::optional<ExitCode> exit_code);
 
   const std::deque<PortRecord>& ports() const { return ports_; }
   const std::vector<TimerRecord>& timers() const { return timers_; }

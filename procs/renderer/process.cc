@@ -341,9 +341,9 @@ void RendererProcess::handle_keys() {
     for (const NamedLayout& l : kLayouts) {
       if (key == l.key) layout_ = l.layout;
     }
-    if (key == 'Q') node_.finish("closed by key", true);
+    if (key == 'Q') node_.finish("closed by key", kExitDone);
   }
-  if (gl_->context->should_close()) node_.finish("window closed", true);
+  if (gl_->context->should_close()) node_.finish("window closed", kExitDone);
 }
 
 void RendererProcess::record() {
