@@ -8,6 +8,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "common/byte_order.h"
 #include "common/check.h"
 #include "common/printable_text.h"
 
@@ -15,9 +16,7 @@ namespace foresight {
 namespace {
 
 int64_t read_int64(std::span<const uint8_t> bytes, size_t offset) {
-  uint64_t v = 0;
-  for (size_t i = 0; i < 8; ++i) v = (v << 8) | bytes[offset + i];
-  return static_cast<int64_t>(v);
+  return static_cast<int64_t>(read_big_endian(&bytes[offset], 8));
 }
 
 // One line to stderr, with the process's name: the supervisor puts it into the process's log.
