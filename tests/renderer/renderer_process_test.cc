@@ -236,6 +236,7 @@ TEST_F(Forgeries, WhereTheRobotIsBendsNothingForGood) {
     forge_epochs("ALIGNMENT", rig_.alignment());
     forge("ALIGNMENT", rig_.alignment(),
           [](alignment_t& m) { m.world_from_map_scale_m_per_mu = 1e200; });
+    forge("ALIGNMENT", rig_.alignment(), [](alignment_t& m) { m.joint_delay_s = 1e300; });
     forge_stamps("JOINT_STATE", rig_.joint_state());
     forge("JOINT_STATE", rig_.joint_state(), [](joint_state_t& m) { m.position_rad[0] = 1e300; });
     forge("JOINT_STATE", rig_.joint_state(), [](joint_state_t& m) { m.command_utime = kAbsurd; });
