@@ -181,6 +181,7 @@ LcmBus& LiveHost::bus(Domain domain) {
 
 void LiveHost::follow_published_clock(Domain domain) {
   clock_ = std::make_unique<PublishedClock>();
+  clock_begun_us_ = monotonic_us();
   bus(domain).subscribe("CLOCK", [this](const std::string&, auto bytes) {
     keep_timers([&] { clock_->on_message(bytes, monotonic_us()); });
   });
@@ -276,7 +277,10 @@ std::string LiveHost::complaint() const {
   for (const auto& bus : buses_) {
     if (bus && !bus->complaint().empty()) return bus->complaint();
   }
-  if (clock_ && clock_->is_silent(monotonic_us())) return "no CLOCK: does sim run?";
+  const bool awaits_clock = monotonic_us() - clock_begun_us_ <= kClockSilence_us;
+  if (clock_ && clock_->is_silent(monotonic_us()) && !awaits_clock) {
+    return "no CLOCK: does sim run?";
+  }
   if (clock_ && clock_->is_disputed(monotonic_us())) {
     return "CLOCK from another world, not followed: are there two of sim, or is a log played?";
   }

@@ -132,6 +132,7 @@ class LiveHost : public Host {
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   std::deque<Arrival> inbox_;
   std::unique_ptr<PublishedClock> clock_;  // none: the wall clock
+  int64_t clock_begun_us_ = 0;             // since when it is followed
   std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
   int64_t timer_order_ = 0;
   int64_t wall_offset_us_ = 0;            // monotonic − wall clock

@@ -70,6 +70,10 @@ Node::Node(std::string name, Host& host, std::vector<Domain> health_domains)
                                       .doc = "state, reason, ports and metrics of this process"},
                                      health_t::getTypeName(), false));
   }
+  // Who has just begun says so at once, and not when the first second is over.
+  at(host_.now(), [this] {
+    if (state_ == ProcessState::kStarting) publish_health();
+  });
   every(seconds(1), "health", [this] {
     measure();
     publish_health();

@@ -126,6 +126,14 @@ TEST_F(LiveHostTest, LivesByAPublishedClock) {
   EXPECT_NEAR(static_cast<double>(at_single.us - kBegin_us), 55e3, 3e3);
 }
 
+// A process that has just begun cannot have heard it yet.
+TEST_F(LiveHostTest, MissesTheClockWhenASecondHasPassedWithoutIt) {
+  host_.follow_published_clock(Domain::kRobot);
+  EXPECT_EQ(host_.complaint(), "");
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  EXPECT_EQ(host_.complaint(), "no CLOCK: does sim run?");
+}
+
 // Two streams, each faster than its slow handler, beside a timer that takes longer than its period.
 TEST_F(LiveHostTest, AnOverloadedLoopStillHandlesEveryChannel) {
   Node node("n", host_, {});
