@@ -218,6 +218,8 @@ void Node::finish(const std::string& reason, std::optional<ExitCode> exit_code) 
   if (exit_code) host_.stop(*exit_code);
 }
 
+void Node::log(const std::string& line) const { log_line(name_, printable(line)); }
+
 // Rates and worst cases of the second that ends now.
 void Node::measure() {
   const double elapsed_s = std::max(1e-6, (host_.now() - measured_at_).seconds());

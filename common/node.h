@@ -162,6 +162,9 @@ class Node {
   void reject_message(Domain domain, const std::string& channel, const std::string& why);
   /// The source has ended: state DONE; ends the process too, with `exit_code`, when there is one.
   void finish(const std::string& reason, std::optional<ExitCode> exit_code);
+  /// One line for the process's log (stderr), with its name: what an operator of the machine may
+  /// look for later.
+  void log(const std::string& line) const;
 
   const std::deque<PortRecord>& ports() const { return ports_; }
   const std::vector<TimerRecord>& timers() const { return timers_; }
