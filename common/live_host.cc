@@ -202,6 +202,9 @@ void LiveHost::keep_timers(const std::function<void()>& change_of_clock) {
   const int64_t before_us = timer_us();
   change_of_clock();
   const int64_t jump_us = timer_us() - before_us;
+  const bool came_back = world_is_silent_ && !clock_->is_silent(monotonic_us());
+  if (came_back || (!was_silent && jump_us < 0)) ++clock_changes_;
+  if (came_back) world_is_silent_ = false;
   if (!was_silent && jump_us >= 0 && jump_us < kClockSilence_us) return;
   decltype(timers_) moved;
   for (; !timers_.empty(); timers_.pop()) {
@@ -300,6 +303,8 @@ void LiveHost::receive() {
     bus->receive();
     dropped += bus->dropped();
   }
+  // A process that was stopped itself finds what came meanwhile: then nobody was silent.
+  if (clock_ && clock_->is_silent(monotonic_us())) world_is_silent_ = true;
   if (dropped > dropped_) dropped_us_ = monotonic_us();
   dropped_ = dropped;
 }

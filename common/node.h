@@ -118,6 +118,7 @@ class Node {
   const std::string& name() const { return name_; }
   Time now() const { return host_.now(); }
   bool is_simulated() const { return host_.is_simulated(); }
+  int64_t clock_changes() const { return host_.clock_changes(); }
 
   template <class Message>
   Publisher<Message> advertise(const PortSpec& spec) {

@@ -13,6 +13,7 @@ constexpr Duration kClockTolerance = milliseconds(10);
 constexpr Duration kStep = milliseconds(100);
 constexpr int kConfirmations = 3;  // commands
 constexpr Duration kStepIsSaidFor = seconds(10);
+constexpr Duration kSettling = seconds(2);  // longer than commands are under way
 constexpr int64_t kFarAway_us = 1'000'000'000'000;  // absurd stamps must not overflow
 
 constexpr std::array<const char*, kCommandVerdicts> kWhyDropped{
@@ -45,9 +46,18 @@ void CommandWatch::on_command(Time arrival, const ArmCommand& command, CommandVe
   if (verdict == CommandVerdict::kOfOthers) second_.other_session = command.session;
 }
 
+void CommandWatch::on_clock_change(Time now) {
+  has_settled_ = false;
+  settles_at_ = now + kSettling;
+  suspected_step_ = {};
+  last_ = {};
+}
+
 // A stall makes stamps and arrivals jump, a link arrivals alone, a clock that is set stamps alone,
 // and for good: one forged stamp is none.
 void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
+  has_settled_ = has_settled_ || arrival >= settles_at_ || settles_at_ - arrival > kSettling;
+  if (!has_settled_) return;
   const Time stamp = within_reach(arrival, command.time);
   const uint64_t step = static_cast<uint64_t>(command.seq) - static_cast<uint64_t>(last_.seq);
   const bool goes_on = last_.is_known && last_.session == command.session &&
