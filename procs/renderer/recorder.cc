@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,7 +12,6 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
-#include <thread>
 #include <utility>
 
 #include "common/errors.h"
@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 // As much as anybody may ask for: a picture then leaves in few pieces.
 constexpr size_t kPipe_bytes = 1 << 20;
 // ffmpeg finishes its file within so long; supervisord waits for us for 7 s.
-constexpr auto kFinish = std::chrono::seconds(3);
+constexpr std::chrono::milliseconds kFinish{3000};
 
 std::vector<std::string> command_of(const std::string& path, int width_px, int height_px,
                                     double fps) {
@@ -179,12 +179,16 @@ void Recorder::close() {
 
 // One that does not end by itself is ended; its status.
 int Recorder::wait_for_end() {
+  // (The C library of Debian 12 declares pidfd_open() for C only.)
+  const int process = static_cast<int>(syscall(SYS_pidfd_open, ffmpeg_, 0));
+  pollfd wait{process, POLLIN, 0};
+  int ended = -1;
+  do {
+    ended = process < 0 ? -1 : poll(&wait, 1, static_cast<int>(kFinish.count()));
+  } while (ended < 0 && process >= 0 && errno == EINTR);
+  if (process >= 0) ::close(process);
+  if (ended <= 0) kill(ffmpeg_, SIGKILL);
   int status = 0;
-  for (const auto end = Clock::now() + kFinish; Clock::now() < end;) {
-    if (waitpid(ffmpeg_, &status, WNOHANG) != 0) return status;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  kill(ffmpeg_, SIGKILL);
   waitpid(ffmpeg_, &status, 0);
   return status;
 }
