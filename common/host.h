@@ -50,6 +50,9 @@ class Host {
   virtual void run_job(Job job, Duration simulated_cost) = 0;
   /// Ends the process's loop after the current handler.
   virtual void stop(int exit_code) = 0;
+  /// How often the clock has become another one: that of a world which began anew, or came back
+  /// after a silence. What is measured across such a change is no duration.
+  virtual int64_t clock_changes() const { return 0; }
   virtual Usage usage() const { return {}; }
   /// One line when the host works worse than it should (small socket buffers …), else empty.
   virtual std::string complaint() const { return {}; }

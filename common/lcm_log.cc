@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "common/byte_order.h"
 #include "common/check.h"
 #include "common/errors.h"
 
@@ -26,16 +27,6 @@ constexpr int64_t kWindow = 64 << 10;          // bytes read at once
 constexpr int64_t kSearchForBeginning = 1
                                         << 20;  // bytes; a damaged log still shows its first events
 constexpr size_t kDamagesNamed = 3;
-
-uint64_t read_big_endian(const uint8_t* bytes, int count) {
-  uint64_t value = 0;
-  for (int i = 0; i < count; ++i) value = value << 8 | bytes[i];
-  return value;
-}
-
-void append_big_endian(std::vector<uint8_t>& out, uint64_t value, int count) {
-  for (int i = count - 1; i >= 0; --i) out.push_back(static_cast<uint8_t>(value >> (8 * i)));
-}
 
 std::string error_text(int number) { return std::strerror(number); }
 
@@ -231,11 +222,11 @@ void LogWriter::write(Time time, const std::string& channel, std::span<const uin
   if (has_failed()) return;
   std::vector<uint8_t> event;
   event.reserve(static_cast<size_t>(kHeaderSize) + channel.size() + bytes.size());
-  append_big_endian(event, kSyncWord, 4);
-  append_big_endian(event, static_cast<uint64_t>(count_++), 8);
-  append_big_endian(event, static_cast<uint64_t>(time.us), 8);
-  append_big_endian(event, channel.size(), 4);
-  append_big_endian(event, bytes.size(), 4);
+  append_big_endian(&event, kSyncWord, 4);
+  append_big_endian(&event, static_cast<uint64_t>(count_++), 8);
+  append_big_endian(&event, static_cast<uint64_t>(time.us), 8);
+  append_big_endian(&event, channel.size(), 4);
+  append_big_endian(&event, bytes.size(), 4);
   event.insert(event.end(), channel.begin(), channel.end());
   event.insert(event.end(), bytes.begin(), bytes.end());
   if (std::fwrite(event.data(), 1, event.size(), file_) != event.size()) error_ = errno;

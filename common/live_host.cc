@@ -181,6 +181,7 @@ LcmBus& LiveHost::bus(Domain domain) {
 
 void LiveHost::follow_published_clock(Domain domain) {
   clock_ = std::make_unique<PublishedClock>();
+  clock_begun_us_ = monotonic_us();
   bus(domain).subscribe("CLOCK", [this](const std::string&, auto bytes) {
     keep_timers([&] { clock_->on_message(bytes, monotonic_us()); });
   });
@@ -201,6 +202,9 @@ void LiveHost::keep_timers(const std::function<void()>& change_of_clock) {
   const int64_t before_us = timer_us();
   change_of_clock();
   const int64_t jump_us = timer_us() - before_us;
+  const bool came_back = world_is_silent_ && !clock_->is_silent(monotonic_us());
+  if (came_back || (!was_silent && jump_us < 0)) ++clock_changes_;
+  if (came_back) world_is_silent_ = false;
   if (!was_silent && jump_us >= 0 && jump_us < kClockSilence_us) return;
   decltype(timers_) moved;
   for (; !timers_.empty(); timers_.pop()) {
@@ -276,7 +280,10 @@ std::string LiveHost::complaint() const {
   for (const auto& bus : buses_) {
     if (bus && !bus->complaint().empty()) return bus->complaint();
   }
-  if (clock_ && clock_->is_silent(monotonic_us())) return "no CLOCK: does sim run?";
+  const bool awaits_clock = monotonic_us() - clock_begun_us_ <= kClockSilence_us;
+  if (clock_ && clock_->is_silent(monotonic_us()) && !awaits_clock) {
+    return "no CLOCK: does sim run?";
+  }
   if (clock_ && clock_->is_disputed(monotonic_us())) {
     return "CLOCK from another world, not followed: are there two of sim, or is a log played?";
   }
@@ -296,6 +303,8 @@ void LiveHost::receive() {
     bus->receive();
     dropped += bus->dropped();
   }
+  // A process that was stopped itself finds what came meanwhile: then nobody was silent.
+  if (clock_ && clock_->is_silent(monotonic_us())) world_is_silent_ = true;
   if (dropped > dropped_) dropped_us_ = monotonic_us();
   dropped_ = dropped;
 }

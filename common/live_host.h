@@ -94,6 +94,7 @@ class LiveHost : public Host {
   void call_at(Time time, std::function<void()> call) override;
   void run_job(Job job, Duration simulated_cost) override;
   void stop(int exit_code) override;
+  int64_t clock_changes() const override { return clock_changes_; }
   Usage usage() const override;
   std::string complaint() const override;
 
@@ -132,6 +133,9 @@ class LiveHost : public Host {
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   std::deque<Arrival> inbox_;
   std::unique_ptr<PublishedClock> clock_;  // none: the wall clock
+  int64_t clock_begun_us_ = 0;             // since when it is followed
+  int64_t clock_changes_ = 0;
+  bool world_is_silent_ = true;  // all that came was read, and no CLOCK was among it
   std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
   int64_t timer_order_ = 0;
   int64_t wall_offset_us_ = 0;            // monotonic − wall clock

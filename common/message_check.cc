@@ -5,16 +5,12 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/byte_order.h"
+
 namespace foresight {
 namespace {
 
 constexpr size_t kMaxFields = 64;
-
-uint64_t read_big_endian(const uint8_t* p, size_t size) {
-  uint64_t v = 0;
-  for (size_t i = 0; i < size; ++i) v = (v << 8) | p[i];
-  return v;
-}
 
 size_t size_of(FieldKind kind) {
   switch (kind) {

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstdio>
 
+#include "common/byte_order.h"
+
 namespace foresight {
 namespace {
 
@@ -53,10 +55,8 @@ class TextWalker {
 
  private:
   uint64_t raw(size_t size) {
-    uint64_t v = 0;
-    for (size_t i = 0; i < size; ++i) v = (v << 8) | bytes_[position_ + i];
     position_ += size;
-    return v;
+    return read_big_endian(&bytes_[position_ - size], size);
   }
   Number number(FieldKind kind) {
     switch (kind) {
@@ -134,8 +134,7 @@ std::vector<MessageField> message_fields(const MessageSchema& schema,
 
 const MessageSchema* identify_message(std::span<const uint8_t> bytes) {
   if (bytes.size() < 8) return nullptr;
-  uint64_t fingerprint = 0;
-  for (size_t i = 0; i < 8; ++i) fingerprint = (fingerprint << 8) | bytes[i];
+  const uint64_t fingerprint = read_big_endian(bytes.data(), 8);
   for (const MessageSchema* schema : all_schemas()) {
     if (static_cast<uint64_t>(schema->fingerprint()) == fingerprint) return schema;
   }

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "common/byte_order.h"
 #include "common/check.h"
 #include "common/printable_text.h"
 
@@ -15,9 +16,7 @@ namespace foresight {
 namespace {
 
 int64_t read_int64(std::span<const uint8_t> bytes, size_t offset) {
-  uint64_t v = 0;
-  for (size_t i = 0; i < 8; ++i) v = (v << 8) | bytes[offset + i];
-  return static_cast<int64_t>(v);
+  return static_cast<int64_t>(read_big_endian(&bytes[offset], 8));
 }
 
 // One line to stderr, with the process's name: the supervisor puts it into the process's log.
@@ -25,13 +24,11 @@ void log_line(const std::string& name, const std::string& line) {
   std::fprintf(stderr, "%s: %s\n", name.c_str(), line.c_str());
 }
 
-// Reports and orders that anybody may send: their stamps are of many clocks and in no order.
-constexpr std::array<std::string_view, 5> kOfManySenders{
-    "health_t", "link_stats_t", "snapshot_request_t", "slam_command_t", "pendant_t"};
-
-// slam judges the camera's clock itself (procs/slam/image_stream.h): one that was set loses no
-// images.
-constexpr std::string_view kOfACamera = "image_t";
+// Types whose stamps say nothing at the border. Reports and orders come from anybody: their stamps
+// are of many clocks and in no order. Images are of a camera whose clock slam judges itself
+// (procs/slam/image_stream.h): one that was set loses none.
+constexpr std::array<std::string_view, 6> kOfAnyTime{
+    "health_t", "link_stats_t", "snapshot_request_t", "slam_command_t", "pendant_t", "image_t"};
 
 // A port says so often at most why it rejects: a stranger must not fill the disk with log lines.
 constexpr Duration kRejectionLogged = seconds(1);
@@ -73,6 +70,10 @@ Node::Node(std::string name, Host& host, std::vector<Domain> health_domains)
                                       .doc = "state, reason, ports and metrics of this process"},
                                      health_t::getTypeName(), false));
   }
+  // Who has just begun says so at once, and not when the first second is over.
+  at(host_.now(), [this] {
+    if (state_ == ProcessState::kStarting) publish_health();
+  });
   every(seconds(1), "health", [this] {
     measure();
     publish_health();
@@ -85,8 +86,7 @@ PortRecord* Node::add_port(const PortSpec& spec, const std::string& type, bool i
   port.spec = spec;
   port.type = type;
   port.is_input = is_input;
-  port.has_many_senders =
-      std::find(kOfManySenders.begin(), kOfManySenders.end(), type) != kOfManySenders.end();
+  port.judges_stamps = std::find(kOfAnyTime.begin(), kOfAnyTime.end(), type) == kOfAnyTime.end();
   ports_.push_back(port);
   return &ports_.back();
 }
@@ -111,8 +111,7 @@ std::string Node::find_error(PortRecord* port, const MessageSchema& schema, int6
   if (bytes.size() < 16 || read_int64(bytes, 0) != fingerprint) return "is not a " + port->type;
   if (std::string error = find_layout_error(schema, bytes); !error.empty()) return error;
   const Time stamp{read_int64(bytes, 8)};
-  if (port->has_many_senders || port->type == kOfACamera) return {};
-  if (port->stamps.accept(stamp, host_.now())) return {};
+  if (!port->judges_stamps || port->stamps.accept(stamp, host_.now())) return {};
   return future_text(stamp - host_.now());
 }
 
@@ -214,10 +213,12 @@ void Node::set_metric(const std::string& name_with_unit, double value) {
   metrics_[name_with_unit] = value;
 }
 
-void Node::finish(const std::string& reason, bool then_exit) {
+void Node::finish(const std::string& reason, std::optional<ExitCode> exit_code) {
   set_state(ProcessState::kDone, reason);
-  if (then_exit) host_.stop(0);
+  if (exit_code) host_.stop(*exit_code);
 }
+
+void Node::log(const std::string& line) const { log_line(name_, printable(line)); }
 
 // Rates and worst cases of the second that ends now.
 void Node::measure() {

@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "common/errors.h"
 #include "common/host.h"
 #include "common/message_check.h"
 #include "common/stamp_gate.h"
@@ -44,7 +45,7 @@ struct PortRecord {
   PortSpec spec;
   std::string type;
   bool is_input = false;
-  bool has_many_senders = false;  // reports and orders: no one stream of stamps
+  bool judges_stamps = true;  // false: what comes here has stamps of any time
   // Counters since start; `arrived` counts the rejected ones too.
   int64_t messages = 0, arrived = 0, rejected = 0, skipped = 0, bytes = 0;
   StampGate stamps;
@@ -117,6 +118,7 @@ class Node {
   const std::string& name() const { return name_; }
   Time now() const { return host_.now(); }
   bool is_simulated() const { return host_.is_simulated(); }
+  int64_t clock_changes() const { return host_.clock_changes(); }
 
   template <class Message>
   Publisher<Message> advertise(const PortSpec& spec) {
@@ -159,8 +161,11 @@ class Node {
   void reject_message(const std::string& channel, const std::string& why);
   /// The same, for a channel that is subscribed in both domains.
   void reject_message(Domain domain, const std::string& channel, const std::string& why);
-  /// The source has ended: state DONE; ends the process when `then_exit`.
-  void finish(const std::string& reason, bool then_exit);
+  /// The source has ended: state DONE; ends the process too, with `exit_code`, when there is one.
+  void finish(const std::string& reason, std::optional<ExitCode> exit_code);
+  /// One line for the process's log (stderr), with its name: what an operator of the machine may
+  /// look for later.
+  void log(const std::string& line) const;
 
   const std::deque<PortRecord>& ports() const { return ports_; }
   const std::vector<TimerRecord>& timers() const { return timers_; }

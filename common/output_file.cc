@@ -89,6 +89,12 @@ void write_output(const std::string& path, std::span<const unsigned char> bytes)
   write_all(path, bytes.data(), bytes.size());
 }
 
+void replace_output(const std::string& path, std::string_view text) {
+  const std::string part = path + ".part";
+  write_output(part, text);
+  if (std::rename(part.c_str(), path.c_str()) != 0) refuse(path, reason());
+}
+
 std::string json_text(std::string_view text) {
   std::string quoted = "\"";
   for (const char c : text) {

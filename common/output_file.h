@@ -35,6 +35,11 @@ void check_output_folder(const std::string& option, const std::string& folder);
 void write_output(const std::string& path, std::string_view text);
 void write_output(const std::string& path, std::span<const unsigned char> bytes);
 
+/// The same, beside it and renamed: whoever reads it, or finds it after this process was killed,
+/// has the earlier file or this one, whole. For the process's death, not the machine's: nothing is
+/// flushed.
+void replace_output(const std::string& path, std::string_view text);
+
 /// A string as JSON has it, quotes included.
 std::string json_text(std::string_view text);
 
@@ -45,6 +50,8 @@ class RunErrors {
   void attempt(const std::function<void()>& step);
   /// Something that is missing though there are results.
   void add(const std::string& line);
+  /// All lines, one below the other; empty: none.
+  const std::string& text() const { return text_; }
   /// Throws them as one: all lines, one below the other, and the first one's exit code.
   void report() const;
 

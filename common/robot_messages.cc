@@ -1,6 +1,16 @@
 #include "common/robot_messages.h"
 
+#include <cmath>
+
 namespace foresight {
+namespace {
+
+// No alignment says more: a map unit is about the depth of the scene, and calibrator looks for
+// delays of up to 0.1 s.
+constexpr double kLargestScale = 1e6;  // m/mu, and mu/m
+constexpr double kLongestJointDelay_s = 1;
+
+}  // namespace
 
 std::optional<JointVector> read_joints(const std::vector<double>& values) {
   if (values.empty() || values.size() > static_cast<size_t>(kMaxJoints)) return std::nullopt;
@@ -12,15 +22,15 @@ std::vector<double> write_joints(const JointVector& values) {
 }
 
 std::optional<Alignment> read_alignment(const alignment_t& m) {
-  const bool valid = m.state == alignment_t::STATE_ALIGNED && m.world_from_map_scale_m_per_mu > 0;
+  const double scale = m.world_from_map_scale_m_per_mu;
+  const bool valid = m.state == alignment_t::STATE_ALIGNED && scale >= 1 / kLargestScale &&
+                     scale <= kLargestScale && std::abs(m.joint_delay_s) <= kLongestJointDelay_s;
   const auto world =
       read_transform<World, Map>(m.world_from_map_quat_wxyz, m.world_from_map_position_m);
   const auto hand = read_transform<Ee, Cam>(m.ee_from_cam_quat_wxyz, m.ee_from_cam_position_m);
   if (!valid || !world || !hand) return std::nullopt;
-  return Alignment{m.epoch,
-                   {m.world_from_map_scale_m_per_mu, world->rotation(), world->translation()},
-                   *hand,
-                   seconds(m.joint_delay_s)};
+  return Alignment{
+      m.epoch, {scale, world->rotation(), world->translation()}, *hand, seconds(m.joint_delay_s)};
 }
 
 std::optional<BaseState> read_base(const base_pose_t& m) {

@@ -47,7 +47,7 @@ struct Alignment {
   Pose<Ee, Cam> ee_from_cam;
   Duration joint_delay;
 };
-/// Nothing unless the message says ALIGNED.
+/// Nothing unless the message says ALIGNED, and what can be.
 std::optional<Alignment> read_alignment(const alignment_t& message);
 
 /// Where the base is, and how it moves (base_pose_t).

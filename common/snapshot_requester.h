@@ -8,7 +8,8 @@
 
 namespace foresight {
 
-/// Asks for a snapshot of `channel`, at once and then every second until satisfied.
+/// Asks for a snapshot of `channel`, as soon as the process runs and then every second until
+/// satisfied; later at once when something is missing.
 class SnapshotRequester {
  public:
   SnapshotRequester(Node& node, const std::string& channel, Domain domain)
@@ -18,9 +19,11 @@ class SnapshotRequester {
             {.channel = "SNAPSHOT_REQUEST",
              .domain = domain,
              .doc = "asks for the whole state after a gap or a late start"})) {
-    node.every(seconds(1), "request " + channel, [this] {
+    const auto ask = [this] {
       if (wanted_) publish();
-    });
+    };
+    node.at(node.now(), ask);
+    node.every(seconds(1), "request " + channel, ask);
   }
   void want() {
     if (!wanted_) publish();

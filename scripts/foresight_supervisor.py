@@ -76,6 +76,13 @@ def start_script(process, site):
             f"exec {shlex.join(nice + process.command(site))}\n")
 
 
+def exit_codes(process):
+    """Those after which a process is not started again. A recording that was played to its end has
+    ended, with 69 if some of its images were refused: it is not to be played for ever."""
+    ends_by_itself = str(process.params.get("exit_at_end", "false")).lower() == "true"
+    return "0,69" if ends_by_itself else "0"
+
+
 def program_section(process, priority):
     return f"""
 [program:{process.name}]
@@ -83,7 +90,7 @@ command=/bin/sh -c 'exec /bin/sh "${MARK}/start/{process.name}"'
 priority={priority}
 autostart=false
 autorestart={AUTORESTART[process.restart]}
-exitcodes=0
+exitcodes={exit_codes(process)}
 ; ended within 3 s of its start, for whatever reason: tried again after 1, 2, 3 … s, then given up
 startsecs=3
 startretries=8

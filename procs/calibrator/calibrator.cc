@@ -19,7 +19,21 @@ constexpr double kFarAway = 3;  // times that limit: it will not come back exact
 // Bundle adjustment that moves pairs by less is not worth a new solution.
 constexpr double kMoved_m = 0.0005, kMoved_rad = 0.03 * kDegree;
 
+// The fastest motion of the base is forgotten within so long.
+constexpr double kRestless_s = 10;
+// New pairs may be less certain than those of before a restart, and count for all that: they follow
+// the map as it changes.
+constexpr double kWorthReplacing = 1.5, kSameScale = 0.005;
+
+constexpr const char* kBeingConfirmed = "alignment of before the restart, being confirmed";
+
 double hypotenuse(double a, double b) { return std::sqrt(a * a + b * b); }
+
+// The alignment is best where its cameras were; beyond, its scale and turn tell.
+double doubt_m(const AlignmentSolution& s, const Pose<Base, Cam>& base_from_cam) {
+  const double beyond_m = (base_from_cam.translation() - s.middle_in_base).norm();
+  return hypotenuse(s.position_sigma_m, beyond_m * hypotenuse(s.scale_sigma, s.rotation_sigma_rad));
+}
 
 }  // namespace
 
@@ -43,6 +57,10 @@ void Calibrator::begin_epoch(int64_t epoch) {
   alignment_ = {};
   alignment_.epoch = epoch;
   alignment_.reason = "new map: move the arm";
+  if (recalled_) {
+    recall_ = recalled_->kept().epoch == epoch ? Recall::kOpen : Recall::kOfAnotherMap;
+    if (is_confirming()) alignment_.reason = kBeingConfirmed;
+  }
   solved_poses_.clear();
   newest_ = {};
   stand_ = Stand::kThere;
@@ -103,21 +121,20 @@ bool Calibrator::add_frame(const CameraFrame& frame) {
   return true;
 }
 
-double Calibrator::joint_delay_s() const {
-  return alignment_.is_aligned ? alignment_.solution.estimate.joint_delay_s
-                               : options_.joint_delay_s;
-}
+double Calibrator::joint_delay_s() const { return guess().joint_delay_s; }
 
 // Frames in order, as soon as their joints are there.
 void Calibrator::drain() {
   while (!waiting_.empty()) {
     const CameraFrame& frame = waiting_.front();
     const Time joints_time = frame.time + seconds(joint_delay_s());
-    const bool must_wait = alignment_.is_aligned && is_good(frame) &&
+    const bool must_wait = (alignment_.is_aligned || is_confirming()) && is_good(frame) &&
                            (history_.empty() || history_.newest() < joints_time) &&
                            (newest_frame_ - frame.time).seconds() < options_.joints_wait_s;
     if (must_wait) return;
+    check_recalled(frame);
     if (const auto estimate = estimate_base(frame)) {
+      note_speed(*estimate);
       base_ = estimate;
       new_base_.push_back(*estimate);
       watch_stand(*estimate);
@@ -158,17 +175,10 @@ std::optional<BaseEstimate> Calibrator::estimate_base(const CameraFrame& frame) 
   return e;
 }
 
-// The alignment is best where its cameras were; beyond, its scale and turn tell.
-double Calibrator::alignment_doubt_m(const Pose<Base, Cam>& base_from_cam) const {
-  const AlignmentSolution& s = alignment_.solution;
-  const double beyond_m = (base_from_cam.translation() - s.middle_in_base).norm();
-  return hypotenuse(s.position_sigma_m, beyond_m * hypotenuse(s.scale_sigma, s.rotation_sigma_rad));
-}
-
 BaseEstimate Calibrator::follow(const BaseMeasurement& measurement) {
   if (!filter_runs_) filter_->reset(measurement);
   filter_runs_ = true;
-  doubt_m_ = alignment_doubt_m(measurement.base_from_cam);
+  doubt_m_ = doubt_m(alignment_.solution, measurement.base_from_cam);
   return filter_->update(measurement);
 }
 
@@ -195,6 +205,100 @@ void Calibrator::watch_stand(const BaseEstimate& estimate) {
   }
 }
 
+void Calibrator::recall(const KeptAlignment& kept) {
+  recalled_.emplace(kept);
+  recall_ = Recall::kOpen;
+}
+
+std::optional<KeptAlignment> Calibrator::kept() const {
+  if (!alignment_.is_aligned || !base_ || base_->state != BaseState::kMeasured) return std::nullopt;
+  KeptAlignment k;
+  k.epoch = alignment_.epoch;
+  k.time = base_->time;
+  k.newest_pair = alignment_.time;
+  k.world_from_map = alignment_.world_from_map;
+  k.solution = alignment_.solution;
+  k.world_from_aligned_base = world_from_aligned_base_;
+  k.aligned_base_sigma_m = aligned_base_sigma_m_;
+  k.aligned_base_sigma_rad = aligned_base_sigma_rad_;
+  k.stand = stand_;
+  k.world_from_base = base_->world_from_base;
+  k.base_speed_m_per_s = base_speed_m_per_s_;
+  k.base_turn_rad_per_s = base_turn_rad_per_s_;
+  return k;
+}
+
+// How fast a base that moves to and fro may be by the time that somebody looks again.
+void Calibrator::note_speed(const BaseEstimate& estimate) {
+  const double since_s = base_ ? std::max(0.0, (estimate.time - base_->time).seconds()) : 0;
+  const double left = std::exp(-since_s / kRestless_s);
+  base_speed_m_per_s_ = std::max(estimate.velocity_m_per_s.norm(), left * base_speed_m_per_s_);
+  base_turn_rad_per_s_ =
+      std::max(estimate.angular_velocity_rad_per_s.norm(), left * base_turn_rad_per_s_);
+}
+
+void Calibrator::check_recalled(const CameraFrame& frame) {
+  if (!is_confirming() || alignment_.is_aligned || !is_good(frame)) return;
+  const KeptAlignment& kept = recalled_->kept();
+  const auto arm = history_.at(frame.time + seconds(joint_delay_s()));
+  if (!arm) return;
+  const BaseMeasurement seen{frame.time, kept.world_from_map * *frame.map_from_cam,
+                             arm->base_from_ee * kept.solution.estimate.ee_from_cam};
+  const BaseBounds bounds{
+      options_.leave_m + kSigmas * doubt_m(kept.solution, seen.base_from_cam),
+      options_.leave_deg * kDegree + kSigmas * kept.solution.rotation_sigma_rad};
+  switch (recalled_->judge(frame.time, seen.world_from_base(), bounds)) {
+    case RecalledAlignment::Verdict::kOpen:
+      return;
+    case RecalledAlignment::Verdict::kConfirmed:
+      return use_recalled();
+    case RecalledAlignment::Verdict::kContradicted:
+      recall_ = Recall::kContradicted;
+      alignment_.reason = "alignment of before the restart contradicted: move the arm";
+      break;
+    case RecalledAlignment::Verdict::kTooOld:
+      recall_ = Recall::kTooOld;
+      alignment_.reason = "alignment of before the restart is of another time: move the arm";
+      break;
+  }
+  recalled_.reset();
+}
+
+void Calibrator::use_recalled() {
+  const KeptAlignment kept = recalled_->kept();
+  recalled_.reset();
+  recall_ = Recall::kConfirmed;
+  world_from_aligned_base_ = kept.world_from_aligned_base;
+  aligned_base_sigma_m_ = kept.aligned_base_sigma_m;
+  aligned_base_sigma_rad_ = kept.aligned_base_sigma_rad;
+  base_speed_m_per_s_ = kept.base_speed_m_per_s;
+  base_turn_rad_per_s_ = kept.base_turn_rad_per_s;
+  stand_ = kept.stand;
+  // What was collected meanwhile is of another place of the base.
+  if (stand_ != Stand::kThere) collector_.discard_after({});
+  AlignmentSolution solution = kept.solution;
+  solution.estimate.base_from_map =
+      compose(world_from_aligned_base_.inverse(), kept.world_from_map);
+  adopt(solution, kept.newest_pair);
+}
+
+// Until new pairs are as certain, unless they say something else.
+bool Calibrator::keeps_recalled(const AlignmentSolution& solution) const {
+  const AlignmentSolution& recalled = alignment_.solution;
+  if (solution.position_sigma_m <= kWorthReplacing * recalled.position_sigma_m) return false;
+  const Similarity<Base, Map>&is = solution.estimate.base_from_map,
+                         &was = recalled.estimate.base_from_map;
+  const Eigen::Vector3d middle_then = was * (is.inverse() * solution.middle_in_base);
+  const double apart_m = (middle_then - solution.middle_in_base).norm();
+  const double apart_rad = angle_between(is.rotation(), was.rotation());
+  const double doubt = hypotenuse(solution.position_sigma_m, recalled.position_sigma_m);
+  const double turn_doubt = hypotenuse(solution.rotation_sigma_rad, recalled.rotation_sigma_rad);
+  const double scale_doubt = hypotenuse(solution.scale_sigma, recalled.scale_sigma);
+  return apart_m <= options_.leave_m + kSigmas * doubt &&
+         apart_rad <= options_.leave_deg * kDegree + kSigmas * turn_doubt &&
+         std::abs(std::log(is.scale() / was.scale())) <= kSameScale + kSigmas * scale_doubt;
+}
+
 bool Calibrator::have_moved(const std::vector<PosePair>& pairs) const {
   if (pairs.size() != solved_poses_.size()) return true;
   const double scale = alignment_.is_aligned ? alignment_.world_from_map.scale() : 1;
@@ -210,6 +314,7 @@ bool Calibrator::have_moved(const std::vector<PosePair>& pairs) const {
 
 AlignmentEstimate Calibrator::guess() const {
   if (alignment_.is_aligned) return alignment_.solution.estimate;
+  if (is_confirming()) return recalled_->kept().solution.estimate;
   return {{}, arm_.ee_from_cam, options_.joint_delay_s};
 }
 
@@ -241,7 +346,16 @@ bool Calibrator::apply(const AlignmentTask& task, const AlignmentSolution& solut
 }
 
 void Calibrator::accept(const AlignmentTask& task, const AlignmentSolution& solution) {
-  alignment_.time = task.newest_pair;
+  if (alignment_.is_aligned && recall_ == Recall::kConfirmed && keeps_recalled(solution)) return;
+  if (recall_ != Recall::kNone && recall_ != Recall::kContradicted && recall_ != Recall::kTooOld) {
+    recall_ = Recall::kReplaced;
+  }
+  recalled_.reset();
+  adopt(solution, task.newest_pair);
+}
+
+void Calibrator::adopt(const AlignmentSolution& solution, Time newest_pair) {
+  alignment_.time = newest_pair;
   alignment_.is_aligned = true;
   alignment_.reason.clear();
   alignment_.solution = solution;
@@ -261,7 +375,7 @@ void Calibrator::refuse(const AlignmentTask& task, const AlignmentSolution& solu
   if (contradicts) collector_.discard_before(task.middle_pair);
   const bool is_repeated = solution.verdict == AlignmentVerdict::kFewPairs &&
                            alignment_.reason.starts_with("base is moving");
-  if (!is_repeated) alignment_.reason = solution.reason;
+  if (!is_repeated && !is_confirming()) alignment_.reason = solution.reason;
 }
 
 std::vector<BaseEstimate> Calibrator::take_base() { return std::exchange(new_base_, {}); }

@@ -13,7 +13,8 @@
 // World is the base at the time of the first alignment. A new epoch is a new map, which must be
 // aligned anew; the base is then taken to stand where it was last seen, so that the world stays
 // what it was (what moved unseen cannot be known; the published uncertainty says how long it was
-// unseen). docs/algorithms/calibration.md has the steps.
+// unseen). What a calibrator knew that was killed (kept()) the next one is given by recall(): used
+// once its first frames confirm it. docs/algorithms/calibration.md has the steps.
 #pragma once
 
 #include <deque>
@@ -28,8 +29,10 @@
 #include "procs/calibrator/alignment.h"
 #include "procs/calibrator/arm_history.h"
 #include "procs/calibrator/base_filter.h"
+#include "procs/calibrator/kept_alignment.h"
 #include "procs/calibrator/map_store.h"
 #include "procs/calibrator/pair_collector.h"
+#include "procs/calibrator/recalled_alignment.h"
 
 namespace foresight::calibration {
 
@@ -77,6 +80,17 @@ struct AlignmentTask {
 
 enum class MapChange { kDelta, kSnapshot };
 
+/// What became of the alignment of before a restart.
+enum class Recall {
+  kNone,          // there was none
+  kOpen,          // being confirmed
+  kOfAnotherMap,  // than the present one; counts again should that one come back
+  kConfirmed,
+  kContradicted,
+  kTooOld,
+  kReplaced,  // by an alignment from new pairs before it was confirmed
+};
+
 struct CalibratorStatistics {
   int pairs = 0;
   int64_t joint_jumps = 0;  // no arm moves so: the history began anew
@@ -96,6 +110,12 @@ class Calibrator {
   Calibrator& operator=(const Calibrator&) = delete;
 
   void set_camera(const CameraModel& camera) { camera_ = camera; }
+  /// At the start, before anything else: the alignment of before a restart.
+  void recall(const KeptAlignment& kept);
+  Recall recalled() const { return recall_; }
+  /// What the next calibrator can go on with; nothing unless aligned and the base is measured.
+  std::optional<KeptAlignment> kept() const;
+
   /// The map's stream says which map is the present one: another epoch begins anew.
   void apply_map(int64_t epoch, MapChange change, const MapDelta& delta);
   /// `position_rad` has one row per joint.
@@ -126,9 +146,6 @@ class Calibrator {
   std::optional<Expectation> expected_camera() const;
 
  private:
-  // Whether the base stands where it stood when the pairs were collected.
-  enum class Stand { kThere, kAway, kLeft };
-
   void begin_epoch(int64_t epoch);
   bool is_collecting() const { return !alignment_.is_aligned || stand_ == Stand::kThere; }
   bool is_good(const CameraFrame& frame) const;
@@ -137,10 +154,15 @@ class Calibrator {
   void drain();
   std::optional<BaseEstimate> estimate_base(const CameraFrame& frame);
   BaseEstimate follow(const BaseMeasurement& measurement);
-  double alignment_doubt_m(const Pose<Base, Cam>& base_from_cam) const;
+  bool is_confirming() const { return recalled_ && recall_ == Recall::kOpen; }
+  void check_recalled(const CameraFrame& frame);
+  void use_recalled();
+  bool keeps_recalled(const AlignmentSolution& solution) const;
+  void note_speed(const BaseEstimate& estimate);
   void watch_stand(const BaseEstimate& estimate);
   bool have_moved(const std::vector<PosePair>& pairs) const;
   void accept(const AlignmentTask& task, const AlignmentSolution& solution);
+  void adopt(const AlignmentSolution& solution, Time newest_pair);
   void refuse(const AlignmentTask& task, const AlignmentSolution& solution);
 
   const ArmModel arm_;
@@ -154,6 +176,8 @@ class Calibrator {
   AlignmentSolution newest_;
   std::vector<Pose<Map, Cam>> solved_poses_;  // of the pairs of the last task
   bool has_new_pairs_ = false;
+  std::optional<RecalledAlignment> recalled_;  // until confirmed or dropped
+  Recall recall_ = Recall::kNone;
 
   // Where the base stood at alignment, and the doubt about that.
   Pose<World, Base> world_from_aligned_base_;
@@ -168,6 +192,7 @@ class Calibrator {
   bool filter_runs_ = false;
   std::optional<BaseEstimate> base_;
   std::vector<BaseEstimate> new_base_;
+  double base_speed_m_per_s_ = 0, base_turn_rad_per_s_ = 0;  // at most, of late
   CalibratorStatistics statistics_;
 };
 

@@ -13,6 +13,8 @@ struct CalibratorParams {
   std::string filter = "kalman";
   double solve_period_s = 1;
   double solve_cost_s = 0.05;
+  bool keep_alignment = true;
+  std::string keep_folder;
 
   template <class V>
   void visit(V& v) {
@@ -31,6 +33,10 @@ struct CalibratorParams {
        .min = 0,
        .max = 10,
        .doc = "how long an alignment takes on a simulated clock (measured: about 0.05 s)"});
+    v("keep_alignment", keep_alignment,
+      {.doc = "leave the alignment to the next calibrator, should this one be killed"});
+    v("keep_folder", keep_folder,
+      {.doc = "where; '': $XDG_DATA_HOME/foresight/kept, else ~/.local/share/foresight/kept"});
     v("joint_delay_s", options.joint_delay_s,
       {.unit = "s",
        .min = -0.1,

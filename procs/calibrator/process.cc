@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/messages.h"
+#include "common/output_file.h"
 #include "procs/calibrator/alignment_solver.h"
 
 namespace foresight {
@@ -12,6 +13,7 @@ using calibration::AlignmentSolution;
 using calibration::AlignmentTask;
 using calibration::BaseEstimate;
 using calibration::BaseState;
+using calibration::Recall;
 
 constexpr Duration kSilence = seconds(1);
 
@@ -60,9 +62,30 @@ base_pose_t to_message(const BaseEstimate& b, int64_t epoch) {
   return m;
 }
 
+const char* to_string(Recall recall) {
+  switch (recall) {
+    case Recall::kNone:
+      return "is none";
+    case Recall::kOpen:
+      return "is to be confirmed";
+    case Recall::kOfAnotherMap:
+      return "is of another map: not used";
+    case Recall::kConfirmed:
+      return "is confirmed";
+    case Recall::kContradicted:
+      return "is contradicted: dropped";
+    case Recall::kTooOld:
+      return "is of another time: dropped";
+    case Recall::kReplaced:
+      return "is replaced by a new one";
+  }
+  return "?";
+}
+
 }  // namespace
 
-CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params)
+CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params,
+                                     const std::optional<RunIdentity>& run)
     : node_(node),
       params_(params),
       alignments_(node.advertise<alignment_t>(
@@ -75,7 +98,8 @@ CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params)
            [this](const DeltaStep<MapDelta>& step) {
              apply_map(step);
              return true;
-           }) {
+           }),
+      run_(run) {
   params_.options.filter.kind = params.filter == "paper" ? calibration::BaseFilterKind::kPaper
                                                          : calibration::BaseFilterKind::kKalman;
   node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"},
@@ -91,20 +115,80 @@ CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params)
   node.every(seconds(1), "report", [this] {
     publish_alignment();
     publish_health();
+    keep_is_due_ = true;
+    keep();
   });
+  node.at(node.now(), [this] { publish_health(); });
+}
+
+CalibratorProcess::~CalibratorProcess() {
+  if (kept_) kept_->remove();
 }
 
 void CalibratorProcess::start() {
   const ArmModel arm = load_arm_file(params_.arm_file);
   joints_ = arm.size();
   core_ = std::make_unique<calibration::Calibrator>(arm, params_.options);
+  if (run_ && params_.keep_alignment) find_kept();
+}
+
+// Of a calibrator of this run that was killed (docs/decisions/0007).
+void CalibratorProcess::find_kept() {
+  const std::string data = user_data_folder();
+  const std::string folder = !params_.keep_folder.empty() ? params_.keep_folder
+                             : data.empty()               ? ""
+                                                          : data + "/kept";
+  if (folder.empty()) {
+    keep_trouble_ = "no folder: set keep_folder";
+    return;
+  }
+  auto file = std::make_shared<KeptFile>(folder, node_.name(), *run_);
+  file->remove_those_of_ended_runs();
+  std::string trouble;
+  if (const auto text = file->read(&trouble)) {
+    if (const auto kept = calibration::parse_kept_alignment(*text)) {
+      core_->recall(*kept);
+    } else {
+      trouble = file->path() + ": makes no sense";
+    }
+  }
+  if (!trouble.empty()) node_.log("alignment of before the restart is not used: " + trouble);
+  kept_ = std::move(file);
+  watch_recall();
+}
+
+// Once a second, beside the loop: a disk may be slow. An alignment that is being solved goes first.
+void CalibratorProcess::keep() {
+  if (!kept_ || !keep_is_due_ || node_.job_running()) return;
+  const auto kept = core_->kept();
+  if (!kept) return;
+  keep_is_due_ = false;
+  const bool started = node_.run_beside(
+      [this, file = kept_, text = to_text(*kept)]() -> std::function<void()> {
+        RunErrors errors;
+        errors.attempt([&] { file->write(text); });
+        return [this, trouble = errors.text()] { keep_trouble_ = trouble; };
+      },
+      Duration{0});
+  static_cast<void>(started);  // job_running() was asked above
+}
+
+// Says at once what became of the alignment of before the restart.
+void CalibratorProcess::watch_recall() {
+  if (core_->recalled() == recall_) return;
+  recall_ = core_->recalled();
+  node_.log(std::string("alignment of before the restart ") + to_string(recall_));
+  if (recall_ == Recall::kConfirmed) publish_alignment();
+  publish_health();
 }
 
 void CalibratorProcess::on_camera_info(const camera_info_t& message) {
   const auto camera = from_message(message);
   if (!camera) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
+  const bool is_first = !camera_.value();
   if (!camera_.offer(*camera)) return node_.reject_message("CAMERA_INFO", "contradicts the last");
   core_->set_camera(*camera_.value());
+  if (is_first) publish_health();
 }
 
 void CalibratorProcess::on_joint_state(const joint_state_t& message) {
@@ -117,6 +201,7 @@ void CalibratorProcess::on_joint_state(const joint_state_t& message) {
   if (!is_taken(verdict)) return node_.reject_message("JOINT_STATE", to_string(verdict));
   last_joints_ = node_.now();
   core_->add_joints({message.utime}, JointVector::Map(message.position_rad.data(), joints_));
+  watch_recall();
   publish_base();
 }
 
@@ -131,6 +216,7 @@ void CalibratorProcess::on_camera_pose(const camera_pose_t& message) {
   const bool is_new = core_->add_frame(
       {{message.utime}, message.epoch, pose, message.quality, message.points_found});
   if (!is_new) node_.reject_message("CAMERA_POSE", "time-stamp does not increase");
+  watch_recall();
   publish_base();
   if (message.state == camera_pose_t::STATE_LOST) publish_hint();
 }
@@ -150,6 +236,7 @@ void CalibratorProcess::apply_map(const DeltaStep<MapDelta>& step) {
       step.epoch,
       step.is_snapshot ? calibration::MapChange::kSnapshot : calibration::MapChange::kDelta,
       step.delta);
+  watch_recall();
 }
 
 void CalibratorProcess::solve() {
@@ -162,14 +249,18 @@ void CalibratorProcess::solve() {
         const AlignmentSolution solution = calibration::solve_alignment(shared->problem);
         return [this, shared, solution] {
           if (core_->apply(*shared, solution)) publish_alignment();
+          watch_recall();
+          keep();
         };
       },
       seconds(params_.solve_cost_s));
   static_cast<void>(started);  // job_running() was asked above
 }
 
+// Not while the alignment of before the restart is being confirmed: whoever draws has that one.
 void CalibratorProcess::publish_alignment() {
-  if (core_->alignment().epoch != 0) alignments_.publish(to_message(core_->alignment()));
+  if (core_->alignment().epoch != 0 && core_->recalled() != Recall::kOpen)
+    alignments_.publish(to_message(core_->alignment()));
 }
 
 void CalibratorProcess::publish_base() {
@@ -213,7 +304,9 @@ void CalibratorProcess::publish_health() {
     return node_.set_state(ProcessState::kDegraded,
                            "tracking is lost or contradicts: the base is predicted");
   }
-  node_.set_state(ProcessState::kOk, "");
+  node_.set_state(
+      ProcessState::kOk,
+      keep_trouble_.empty() ? "" : "the alignment is not kept for a restart: " + keep_trouble_);
 }
 
 }  // namespace foresight

@@ -5,10 +5,12 @@
 #include <string>
 
 #include "common/delta_input.h"
+#include "common/kept_file.h"
 #include "common/newest_stamp.h"
 #include "common/node.h"
 #include "common/persistent_value.h"
 #include "common/process_main.h"
+#include "common/run_identity.h"
 #include "foresight/alignment_t.hpp"
 #include "foresight/base_pose_t.hpp"
 #include "foresight/camera_info_t.hpp"
@@ -29,7 +31,14 @@ class CalibratorProcess : public Process {
       "calibrator", "Aligns the map with the robot and follows the motion of its base.",
       Domain::kRobot};
 
-  CalibratorProcess(Node& node, const CalibratorParams& params);
+  /// `run`: within which the alignment outlives this process; none: it does not.
+  CalibratorProcess(Node& node, const CalibratorParams& params,
+                    const std::optional<RunIdentity>& run);
+  CalibratorProcess(Node& node, const CalibratorParams& params)
+      : CalibratorProcess(node, params,
+                          node.is_simulated() ? std::nullopt : std::optional(this_run())) {}
+  /// Ended on purpose: nobody is to go on with the alignment.
+  ~CalibratorProcess() override;
   void start() override;
 
   /// For evaluations that run the process in a Simulation. Only after start().
@@ -47,6 +56,9 @@ class CalibratorProcess : public Process {
   void publish_base();
   void publish_hint();
   void publish_health();
+  void find_kept();
+  void keep();
+  void watch_recall();
   std::string missing_input() const;
 
   Node& node_;
@@ -61,6 +73,12 @@ class CalibratorProcess : public Process {
   NewestStamp joint_stamps_, frame_stamps_;
   std::optional<Time> last_joints_, last_frame_;  // by the clock, when they arrived
   std::optional<calibration::BaseState> base_state_;
+
+  std::optional<RunIdentity> run_;
+  std::shared_ptr<const KeptFile> kept_;  // shared with the worker; none: nothing is kept
+  bool keep_is_due_ = false;
+  std::string keep_trouble_;
+  calibration::Recall recall_ = calibration::Recall::kNone;  // as it was said last
 };
 
 }  // namespace foresight

@@ -46,7 +46,8 @@ struct CameraParams {
       {.unit = "1", .min = 0, .max = 1e9, .doc = "frames of a recorded source to skip"});
     v("frame_count", frame_count,
       {.unit = "1", .min = 0, .max = 1e9, .doc = "frames to publish; 0: all"});
-    v("exit_at_end", exit_at_end, {.doc = "end the process when the source has ended"});
+    v("exit_at_end", exit_at_end,
+      {.doc = "end the process when the source has ended; exit code 69: images were refused"});
   }
 };
 

@@ -146,8 +146,9 @@ void CameraProcess::on_stall() {
 void CameraProcess::end_of_source() {
   ended_ = true;
   const std::string complaint = report_.complaint();
+  const ExitCode code = complaint.empty() ? kExitDone : kExitUnavailable;
   node_.finish("end of " + params_.source + (complaint.empty() ? "" : ": " + complaint),
-               params_.exit_at_end);
+               params_.exit_at_end ? std::optional(code) : std::nullopt);
 }
 
 void CameraProcess::refuse(const Frame& frame, const std::string& why) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <sstream>
+#include <utility>
 
 #include "common/realtime.h"
 
@@ -117,7 +118,9 @@ void LinkProcess::depart(Direction* direction, const Message& message) {
 void LinkProcess::watch() {
   const Duration pause = node_.now() - watched_at_;
   watched_at_ = node_.now();
-  if (pause < kStall) return;
+  const int64_t changes = node_.clock_changes();
+  const bool is_another_clock = changes != std::exchange(clock_changes_, changes);
+  if (pause < kStall || is_another_clock) return;
   stalled_at_ = node_.now();
   stall_ = pause;
 }

@@ -72,6 +72,7 @@ class LinkProcess : public Process {
   std::vector<Publisher<link_stats_t>> stats_;
   Time watched_at_, stalled_at_;
   Duration stall_{0};
+  int64_t clock_changes_ = 0;
 };
 
 }  // namespace foresight

@@ -26,6 +26,8 @@ bool MesherProcess::apply(const DeltaStep<CarvingDelta>& step) {
   if (mesher_.apply(step.delta) != ApplyResult::kOk) return false;
   data_time_ = step.time;
   epoch_ = step.epoch;
+  // Who has had no mesh yet need not wait for the beat.
+  if (!changed_ && last_.version == 0) node_.at(node_.now(), [this] { update(); });
   changed_ = true;
   return true;
 }

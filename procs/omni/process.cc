@@ -171,9 +171,12 @@ void OmniProcess::set_metrics() {
 }
 
 void OmniProcess::report(const DeviceReading& reading, const std::string& obstacle) {
-  if (reading.quit) return node_.finish("the operator typed q", true);
+  if (reading.quit) return node_.finish("the operator typed q", kExitDone);
   if (node_.state() == ProcessState::kDone) return;
-  if (reading.ended) return node_.finish("end of " + params_.device_path, params_.exit_at_end);
+  if (reading.ended) {
+    return node_.finish("end of " + params_.device_path,
+                        params_.exit_at_end ? std::optional(kExitDone) : std::nullopt);
+  }
   if (!reading.connected) return node_.set_state(ProcessState::kWaiting, reading.problem);
   const std::string description = device_->description();
   if (description != description_) std::cerr << "omni: " << description << "\n";

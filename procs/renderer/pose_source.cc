@@ -172,7 +172,8 @@ class RobotPoseSource : public PoseSource {
   void on_alignment(const alignment_t& message) {
     const auto a = read_alignment(message);
     if (!a && message.state == alignment_t::STATE_ALIGNED) {
-      return node_.reject_message("ALIGNMENT", "is no similarity");
+      return node_.reject_message("ALIGNMENT",
+                                  "is no similarity, or of a joint delay that cannot be");
     }
     if (a && !predictor_->set_alignment({a->epoch, a->world_from_map, a->ee_from_cam})) {
       return node_.reject_message("ALIGNMENT", "is of another map than the last");

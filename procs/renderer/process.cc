@@ -341,9 +341,9 @@ void RendererProcess::handle_keys() {
     for (const NamedLayout& l : kLayouts) {
       if (key == l.key) layout_ = l.layout;
     }
-    if (key == 'Q') node_.finish("closed by key", true);
+    if (key == 'Q') node_.finish("closed by key", kExitDone);
   }
-  if (gl_->context->should_close()) node_.finish("window closed", true);
+  if (gl_->context->should_close()) node_.finish("window closed", kExitDone);
 }
 
 void RendererProcess::record() {
@@ -352,13 +352,20 @@ void RendererProcess::record() {
     gl_->context->make_current();
     gl_->recorded = gl_->context->read_rgb();
   }
-  if (!gl_->recorder->write(gl_->recorded)) {
+  const Recorder::Written written = gl_->recorder->write(gl_->recorded);
+  if (written == Recorder::Written::kEnded) {
     recording_complaint_ = "recording stopped after " + std::to_string(gl_->recorder->frames()) +
                            " pictures: " + gl_->recorder->why_ended();
     gl_->recorder.reset();
     return report_health();
   }
+  recording_complaint_ =
+      written == Recorder::Written::kYes
+          ? ""
+          : "ffmpeg takes no pictures: " + std::to_string(gl_->recorder->dropped()) +
+                " are missing in the recording";
   node_.set_metric("recorded_frames", static_cast<double>(gl_->recorder->frames()));
+  node_.set_metric("dropped_frames", static_cast<double>(gl_->recorder->dropped()));
 }
 
 void RendererProcess::update_rates() {

@@ -1,10 +1,6 @@
 #include "procs/slam/kept_map.h"
 
-#include <unistd.h>
-
 #include <fstream>
-#include <iterator>
-#include <sstream>
 #include <vector>
 
 #include "common/errors.h"
@@ -26,19 +22,6 @@ IsOwn own_kept_files(const fs::path& folder) {
     return is_own(relative, is_folder) ||
            (!is_folder && (relative == kRunFile || relative == kUnfinishedRunFile));
   };
-}
-
-// The 22nd word of /proc/PID/stat: when it was started, in clock ticks since the boot.
-int64_t start_of(int64_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  const size_t name_end = text.rfind(')');  // the name may hold anything
-  if (name_end == std::string::npos) return 0;
-  std::istringstream words(text.substr(name_end + 1));
-  std::string word;
-  for (int number = 3; number <= 22 && words >> word; ++number) {
-  }
-  return std::atoll(word.c_str());
 }
 
 struct RunFile {
@@ -70,15 +53,6 @@ void write_run_file(const fs::path& folder, const RunFile& r) {
 }
 
 }  // namespace
-
-RunIdentity this_run() {
-  RunIdentity run;
-  std::ifstream("/proc/sys/kernel/random/boot_id") >> run.boot;
-  if (run.boot.empty()) run.boot = "unknown";
-  run.parent_pid = getppid();
-  run.parent_start = start_of(run.parent_pid);
-  return run;
-}
 
 KeptMap::KeptMap(const std::string& root, const std::string& name, const RunIdentity& run)
     : root_(root),
@@ -122,9 +96,7 @@ void KeptMap::remove_those_of_ended_runs() const {
     if (!entry.path().filename().string().starts_with(kPrefix)) continue;
     const auto found = read_run_file(entry.path());
     if (!found || found->run == run_) continue;
-    const bool goes_on =
-        found->run.boot == run_.boot && found->run.parent_start == start_of(found->run.parent_pid);
-    if (!goes_on) ended.push_back(entry.path());
+    if (!goes_on(found->run)) ended.push_back(entry.path());
   }
   for (const fs::path& folder : ended) remove_own_folder(folder, own_kept_files);
 }

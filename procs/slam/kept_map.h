@@ -13,19 +13,11 @@
 #include <optional>
 #include <string>
 
+#include "common/run_identity.h"
 #include "procs/slam/map_folder.h"
 #include "procs/slam/stored_map.h"
 
 namespace foresight {
-
-/// What tells one run from another: the machine's boot, and the process that started slam
-/// (supervisord, a shell) with its start. A new deployment is another run.
-struct RunIdentity {
-  std::string boot;
-  int64_t parent_pid = 0, parent_start = 0;
-  auto operator<=>(const RunIdentity&) const = default;
-};
-RunIdentity this_run();
 
 class KeptMap {
  public:

@@ -1,10 +1,10 @@
 #include "procs/slam/map_shelf.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 
 #include "common/errors.h"
+#include "common/run_identity.h"
 #include "procs/slam/map_folder.h"
 
 namespace foresight {
@@ -20,17 +20,11 @@ bool is_ascii_letter_or_digit(char c) {
   return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
 }
 
-std::string variable(const char* name) {
-  const char* value = std::getenv(name);
-  return value == nullptr ? "" : value;
-}
-
 }  // namespace
 
 std::string default_map_root() {
-  const std::string data = variable("XDG_DATA_HOME"), home = variable("HOME");
-  if (data.starts_with("/")) return data + "/foresight/maps";
-  return home.empty() ? "" : home + "/.local/share/foresight/maps";
+  const std::string data = user_data_folder();
+  return data.empty() ? "" : data + "/maps";
 }
 
 std::string find_name_trouble(const std::string& name) {

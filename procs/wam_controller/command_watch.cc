@@ -13,6 +13,7 @@ constexpr Duration kClockTolerance = milliseconds(10);
 constexpr Duration kStep = milliseconds(100);
 constexpr int kConfirmations = 3;  // commands
 constexpr Duration kStepIsSaidFor = seconds(10);
+constexpr Duration kSettling = seconds(2);  // longer than commands are under way
 constexpr int64_t kFarAway_us = 1'000'000'000'000;  // absurd stamps must not overflow
 
 constexpr std::array<const char*, kCommandVerdicts> kWhyDropped{
@@ -45,10 +46,20 @@ void CommandWatch::on_command(Time arrival, const ArmCommand& command, CommandVe
   if (verdict == CommandVerdict::kOfOthers) second_.other_session = command.session;
 }
 
+void CommandWatch::on_clock_change(Time now) {
+  has_settled_ = false;
+  settles_at_ = now + kSettling;
+  suspected_step_ = {};
+  last_ = {};
+  least_age_ = {};
+}
+
 // A stall of the device makes stamps and arrivals jump, one of the link arrivals alone, a clock
 // that is set stamps alone, and for good: one forged stamp is none. When device and link stand
 // still at once, stamps jump alone too, but afterwards commands are as old as they were before.
 void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
+  has_settled_ = has_settled_ || arrival >= settles_at_ || settles_at_ - arrival > kSettling;
+  if (!has_settled_) return;
   const Time stamp = within_reach(arrival, command.time);
   const uint64_t step = static_cast<uint64_t>(command.seq) - static_cast<uint64_t>(last_.seq);
   const bool goes_on = last_.is_known && last_.session == command.session &&

@@ -23,6 +23,9 @@ namespace foresight {
 class CommandWatch {
  public:
   void on_command(Time arrival, const ArmCommand& command, CommandVerdict verdict);
+  /// The clock here has become another one (a simulated world that began anew). That of the
+  /// operator's site follows, and what is under way still has stamps of before: no clock was set.
+  void on_clock_change(Time now);
   /// `malformed`: datagrams that were refused before they became a command, since the start.
   void on_time(Time now, int64_t malformed);
 
@@ -73,6 +76,8 @@ class CommandWatch {
   int confirmations_ = 0;
   Duration clock_step_;
   Time clock_stepped_at_;
+  bool has_settled_ = true;  // since the clock here has changed
+  Time settles_at_;
 };
 
 }  // namespace foresight

@@ -3,6 +3,7 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "common/realtime.h"
 #include "procs/wam_controller/controller_options.h"
@@ -69,6 +70,7 @@ void WamControllerProcess::start_realtime() {
 
 void WamControllerProcess::on_command(const joint_command_t& message) {
   const ArmCommand command = read(message);
+  look_at_clock();
   watch_.on_command(node_.now(), command, controller_->on_command(node_.now(), command));
   report_change();
 }
@@ -102,7 +104,13 @@ void WamControllerProcess::step() {
   joint_state_due_ = joint_state_due_ + period;
 }
 
+void WamControllerProcess::look_at_clock() {
+  const int64_t changes = node_.clock_changes();
+  if (changes != std::exchange(clock_changes_, changes)) watch_.on_clock_change(node_.now());
+}
+
 void WamControllerProcess::on_timer() {
+  look_at_clock();
   controller_->on_time(node_.now());
   watch_.on_time(node_.now(), malformed_commands());
   publish_state();

@@ -34,6 +34,7 @@ class WamControllerProcess : public Process {
   void start_realtime();
   void on_command(const joint_command_t& message);
   void on_timer();
+  void look_at_clock();
   void step();
   void report_change();
   void publish_state();
@@ -53,6 +54,7 @@ class WamControllerProcess : public Process {
   ArmHardware* hardware_ = nullptr;
   PeriodJitter jitter_;
   CommandWatch watch_;
+  int64_t clock_changes_ = 0;
   struct Reported {
     ArmStatus status;
     int64_t driver_session = 0;

@@ -394,8 +394,11 @@ TEST(SnapshotRequester, AsksEverySecondUntilSatisfied) {
   });
   auto& asker = static_cast<Asker&>(
       world.add("asker", {}, [](Node& node) { return std::make_unique<Asker>(node); }));
-  world.run_until(Time{3'500'000});
-  EXPECT_EQ(requests, 3) << "a receiver starts late and asks by itself";
+  EXPECT_EQ(requests, 0) << "not before it runs";
+  world.run_until(Time{1'000});
+  EXPECT_EQ(requests, 1) << "a receiver starts late and asks by itself, at once";
+  world.run_until(Time{2'500'000});
+  EXPECT_EQ(requests, 3);
   asker.requester.satisfied();
   world.run_until(Time{6'000'000});
   EXPECT_EQ(requests, 3);

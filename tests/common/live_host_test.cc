@@ -126,6 +126,36 @@ TEST_F(LiveHostTest, LivesByAPublishedClock) {
   EXPECT_NEAR(static_cast<double>(at_single.us - kBegin_us), 55e3, 3e3);
 }
 
+// A process that has just begun cannot have heard it yet.
+TEST_F(LiveHostTest, MissesTheClockWhenASecondHasPassedWithoutIt) {
+  host_.follow_published_clock(Domain::kRobot);
+  EXPECT_EQ(host_.complaint(), "");
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  EXPECT_EQ(host_.complaint(), "no CLOCK: does sim run?");
+}
+
+// What tells a world that was silent from a process that was: whether CLOCK came meanwhile.
+TEST_F(LiveHostTest, AWorldThatComesBackIsAnotherClockAndAProcessThatWasStoppedIsNot) {
+  host_.follow_published_clock(Domain::kRobot);
+  Node node("n", host_, {});
+  auto clock = node.advertise<sim_clock_t>({.channel = "CLOCK"});
+  const auto stop_for_a_while = [&] {
+    for (int i = 1; i <= 1200; ++i) clock.publish(clock_message(5'000'000 + 1000 * i));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  };
+  node.subscribe<sim_clock_t>({.channel = "CLOCK"}, Queue::kAll, [&](const sim_clock_t& m) {
+    if (m.utime == 5'000'000) stop_for_a_while();
+    if (m.utime <= 6'200'000) EXPECT_EQ(host_.clock_changes(), 1) << "it has begun";
+    if (m.utime != 9'000'000) return;
+    EXPECT_EQ(host_.clock_changes(), 2);
+    host_.stop(0);
+  });
+  host_.call_at(host_.now() + milliseconds(1400), [&] { clock.publish(clock_message(9'000'000)); });
+  clock.publish(clock_message(5'000'000));
+  stop_after(seconds(60));
+  EXPECT_EQ(host_.run(), 0);
+}
+
 // Two streams, each faster than its slow handler, beside a timer that takes longer than its period.
 TEST_F(LiveHostTest, AnOverloadedLoopStillHandlesEveryChannel) {
   Node node("n", host_, {});

@@ -9,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "common/byte_order.h"
 #include "tests/common/all_messages.h"
 
 namespace foresight {
@@ -25,13 +26,9 @@ class Random {
   std::mt19937 engine_;
 };
 
-void put(Bytes* out, uint64_t value, size_t size) {
-  for (size_t i = size; i > 0; --i) out->push_back(static_cast<uint8_t>(value >> (8 * (i - 1))));
-}
-
 void overwrite(Bytes* bytes, size_t at, uint64_t value, size_t size) {
   Bytes replacement;
-  put(&replacement, value, size);
+  append_big_endian(&replacement, value, size);
   std::copy(replacement.begin(), replacement.end(), bytes->begin() + static_cast<long>(at));
 }
 
@@ -44,7 +41,7 @@ class MessageWriter {
     bytes_.clear();
     floats_.clear();
     counts_.clear();
-    put(&bytes_, static_cast<uint64_t>(fingerprint), 8);
+    append_big_endian(&bytes_, static_cast<uint64_t>(fingerprint), 8);
     write_fields(schema);
     return bytes_;
   }
@@ -88,7 +85,7 @@ class MessageWriter {
       if (is_count(schema, i)) {
         values[i] = random_() % 4;
         counts_.push_back({bytes_.size(), width(field.kind)});
-        put(&bytes_, values[i], width(field.kind));
+        append_big_endian(&bytes_, values[i], width(field.kind));
         continue;
       }
       for (size_t k = 0; k < count; ++k) write_element(field);
@@ -102,17 +99,19 @@ class MessageWriter {
         return write_string();
       case FieldKind::kFloat:
         floats_.push_back({bytes_.size(), 4});
-        return put(&bytes_, std::bit_cast<uint32_t>(static_cast<float>(random_()) * 1e-6f), 4);
+        return append_big_endian(&bytes_,
+                                 std::bit_cast<uint32_t>(static_cast<float>(random_()) * 1e-6f), 4);
       case FieldKind::kDouble:
         floats_.push_back({bytes_.size(), 8});
-        return put(&bytes_, std::bit_cast<uint64_t>(static_cast<double>(random_()) * 1e-6), 8);
+        return append_big_endian(&bytes_,
+                                 std::bit_cast<uint64_t>(static_cast<double>(random_()) * 1e-6), 8);
       default:
-        return put(&bytes_, random_(), width(field.kind));
+        return append_big_endian(&bytes_, random_(), width(field.kind));
     }
   }
   void write_string() {
     const uint32_t length = random_() % 12;
-    put(&bytes_, length + 1, 4);
+    append_big_endian(&bytes_, length + 1, 4);
     for (uint32_t i = 0; i < length; ++i)
       bytes_.push_back(static_cast<uint8_t>('a' + random_() % 26));
     bytes_.push_back(0);
@@ -237,7 +236,7 @@ TEST(MessageCheck, SurvivesRandomBytes) {
   for_each_message(AllMessages{}, [&]<class Message>() {
     for (int i = 0; i < 5000; ++i) {
       Bytes bytes;
-      put(&bytes, static_cast<uint64_t>(Message::getHash()), 8);
+      append_big_endian(&bytes, static_cast<uint64_t>(Message::getHash()), 8);
       // Mostly small numbers, so that some counts are plausible.
       for (uint32_t n = random() % 300; n > 0; --n) {
         bytes.push_back(random() % 3 == 0 ? static_cast<uint8_t>(random()) : 0);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "common/robot_messages.h"
+
 namespace foresight {
 namespace {
 
@@ -209,6 +211,27 @@ TEST(Messages, CameraInfoThatMakesNoSenseIsRefused) {
   bad = good;
   bad.width_px = 32767;
   EXPECT_FALSE(from_message(bad));
+}
+
+TEST(Messages, AnAlignmentThatCannotBeIsRefused) {
+  alignment_t good{};
+  good.state = alignment_t::STATE_ALIGNED;
+  good.world_from_map_scale_m_per_mu = 0.4;
+  good.world_from_map_quat_wxyz[0] = good.ee_from_cam_quat_wxyz[0] = 1;
+  good.joint_delay_s = -0.02;
+  const auto read = read_alignment(good);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->joint_delay, milliseconds(-20));
+  for (const double delay_s : {1e300, -1e300, 1e13, 2.0}) {
+    alignment_t bad = good;
+    bad.joint_delay_s = delay_s;
+    EXPECT_FALSE(read_alignment(bad)) << delay_s;
+  }
+  for (const double scale : {0.0, -1.0, 1e-300, 1e200}) {
+    alignment_t bad = good;
+    bad.world_from_map_scale_m_per_mu = scale;
+    EXPECT_FALSE(read_alignment(bad)) << scale;
+  }
 }
 
 TEST(Messages, MeshSurvives) {

@@ -55,6 +55,18 @@ TEST(OutputFile, AFullDiskIsNamed) {
   EXPECT_NE(line.find("/dev/full: cannot be written: No space left"), std::string::npos) << line;
 }
 
+TEST(OutputFile, OneThatCannotBeReplacedStaysAsItIs) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("a", "old");
+  replace_output(file, "new");
+  EXPECT_EQ(std::filesystem::file_size(file), 3u);
+  EXPECT_FALSE(std::filesystem::exists(file + ".part"));
+  std::filesystem::create_directory(file + ".part");
+  EXPECT_NE(error_of<UnavailableError>([&] { replace_output(file, "newest"); }).find(file),
+            std::string::npos);
+  EXPECT_EQ(std::filesystem::file_size(file), 3u);
+}
+
 TEST(OutputFile, OneThatFailsDoesNotStopTheNext) {
   const TemporaryFolder folder;
   RunErrors errors;

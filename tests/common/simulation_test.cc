@@ -115,7 +115,7 @@ class Ending : public Process {
  public:
   explicit Ending(Node& node) : node_(node) {}
   void start() override {
-    node_.at(node_.now() + milliseconds(3), [this] { node_.finish("all done", true); });
+    node_.at(node_.now() + milliseconds(3), [this] { node_.finish("all done", kExitDone); });
   }
 
  private:

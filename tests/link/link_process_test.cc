@@ -7,6 +7,7 @@
 #include "common/live_host.h"
 #include "common/simulation.h"
 #include "foresight/health_t.hpp"
+#include "foresight/sim_clock_t.hpp"
 #include "procs/link/process.h"
 
 namespace foresight {
@@ -210,6 +211,36 @@ TEST(LinkOnAMachine, SaysThatItStoodStill) {
   host.call_at(host.now() + seconds(60), [&] { host.stop(1); });
   EXPECT_EQ(host.run(), 0);
   EXPECT_TRUE(reason.starts_with("stood still for 0.")) << reason;
+}
+
+// A simulated world that ends, and another one: link went on all the time.
+TEST(LinkOnAMachine, AnotherWorldIsNoStall) {
+  LiveHost host("memq://", "memq://");
+  host.follow_published_clock(Domain::kRobot);
+  Node node("link", host, {Domain::kRobot});
+  LinkParams params;
+  params.realtime = false;
+  LinkProcess link(node, params);
+  link.start();
+  Node ends("ends", host, {});
+  auto clock = ends.advertise<sim_clock_t>({.channel = "CLOCK"});
+  const auto tell = [&](int64_t utime) {
+    sim_clock_t message{};
+    message.utime = utime;
+    clock.publish(message);
+  };
+  std::vector<std::string> reasons;
+  ends.subscribe<health_t>({.channel = "HEALTH"}, Queue::kAll,
+                           [&](const health_t& m) { reasons.push_back(m.reason); });
+  tell(5'000'000);
+  // After a second without CLOCK this host goes on by itself.
+  host.call_at(host.now() + milliseconds(200), [&] { tell(8'000'000); });
+  host.call_at(host.now() + milliseconds(1500), [&] { host.stop(0); });
+  EXPECT_EQ(host.run(), 0);
+  ASSERT_FALSE(reasons.empty());
+  for (const std::string& reason : reasons) {
+    EXPECT_EQ(reason.find("stood still"), std::string::npos) << reason;
+  }
 }
 
 }  // namespace

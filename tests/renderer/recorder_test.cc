@@ -4,8 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <thread>
 
 #include "procs/renderer/picture_fit.h"
 #include "tests/common/files.h"
@@ -37,10 +43,10 @@ TEST(Recorder, GoesOnAtTheSizeOfItsBeginning) {
   TemporaryFolder folder;
   {
     Recorder recorder(folder.path() + "/%05d.png", 64, 48, 15);
-    EXPECT_TRUE(recorder.write(grey(64, 48, 100)));
-    EXPECT_TRUE(recorder.write(grey(200, 90, 100)));
-    EXPECT_TRUE(recorder.write(grey(5, 100, 100)));
-    EXPECT_TRUE(recorder.write(grey(64, 48, 100)));
+    EXPECT_EQ(Recorder::Written::kYes, recorder.write(grey(64, 48, 100)));
+    EXPECT_EQ(Recorder::Written::kYes, recorder.write(grey(200, 90, 100)));
+    EXPECT_EQ(Recorder::Written::kYes, recorder.write(grey(5, 100, 100)));
+    EXPECT_EQ(Recorder::Written::kYes, recorder.write(grey(64, 48, 100)));
     EXPECT_EQ(recorder.frames(), 4);
     EXPECT_EQ(recorder.why_ended(), "");
   }
@@ -60,7 +66,8 @@ TEST(Recorder, WorksInAProcessWithManyFilesOpen) {
   TemporaryFolder folder;
   {
     Recorder recorder(folder.path() + "/many.mp4", 64, 48, 15);
-    for (int i = 0; i < 20; ++i) EXPECT_TRUE(recorder.write(grey(64, 48, 100)));
+    for (int i = 0; i < 20; ++i)
+      EXPECT_EQ(Recorder::Written::kYes, recorder.write(grey(64, 48, 100)));
     EXPECT_EQ(recorder.why_ended(), "");
   }
   for (const int file : files) close(file);
@@ -69,8 +76,12 @@ TEST(Recorder, WorksInAProcessWithManyFilesOpen) {
 
 std::string why_a_recording_ends(const std::string& path) {
   Recorder recorder(path, 640, 480, 15);
-  for (int i = 0; i < 500; ++i) {
-    if (!recorder.write(grey(640, 480, static_cast<uint8_t>(i)))) return recorder.why_ended();
+  for (int i = 0; i < 2000; ++i) {
+    const auto written = recorder.write(grey(640, 480, static_cast<uint8_t>(i)));
+    if (written == Recorder::Written::kEnded) return recorder.why_ended();
+    if (written == Recorder::Written::kDropped) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
   }
   return "never";
 }
@@ -84,6 +95,66 @@ TEST(Recorder, SaysWhyFfmpegEnded) {
     std::filesystem::create_symlink("/dev/full", folder.path() + "/film.mp4");
     const std::string full = why_a_recording_ends(folder.path() + "/film.mp4");
     EXPECT_NE(full.find("No space left on device"), std::string::npos) << full;
+  }
+}
+
+// An ffmpeg that stops reading, by a script of that name in front of the real one.
+class HangingFfmpeg : public testing::Test {
+ protected:
+  void begin(const std::string& script) {
+    folder_.write("ffmpeg", "#!/bin/sh\n" + script + "\n");
+    std::filesystem::permissions(folder_.path() + "/ffmpeg", std::filesystem::perms::owner_all);
+    path_ = std::getenv("PATH");
+    setenv("PATH", (folder_.path() + ":" + path_).c_str(), 1);
+  }
+  void TearDown() override { setenv("PATH", path_.c_str(), 1); }
+  static double seconds_since(std::chrono::steady_clock::time_point begin) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+  TemporaryFolder folder_;
+  std::string path_;
+};
+
+TEST_F(HangingFfmpeg, HoldsNobodyUp) {
+  begin("exec sleep 1000");
+  const auto began = std::chrono::steady_clock::now();
+  {
+    Recorder recorder(folder_.path() + "/film.mp4", 640, 480, 15);
+    int dropped = 0;
+    for (int i = 0; i < 100; ++i) {
+      const auto written = recorder.write(grey(640, 480, 1));
+      ASSERT_NE(written, Recorder::Written::kEnded);
+      dropped += written == Recorder::Written::kDropped ? 1 : 0;
+    }
+    EXPECT_LT(seconds_since(began), 3) << "of 100 pictures, the time to start included";
+    EXPECT_GT(dropped, 90);
+    EXPECT_EQ(recorder.dropped(), dropped);
+    EXPECT_EQ(recorder.frames(), 100 - dropped);
+  }
+  EXPECT_LT(seconds_since(began), 6.5) << "to its end: supervisord's patience is 7 s";
+}
+
+TEST_F(HangingFfmpeg, GoesOnWithWholePicturesWhenItReadsAgain) {
+  begin("cd " + folder_.path() + "; head -c 4000000 > raw; sleep 0.7; exec cat >> raw");
+  constexpr size_t kPicture_bytes = 640 * 480 * 3;
+  int64_t frames = 0;
+  {
+    Recorder recorder(folder_.path() + "/film.mp4", 640, 480, 15);
+    for (int i = 1; i <= 100; ++i) {
+      static_cast<void>(recorder.write(grey(640, 480, static_cast<uint8_t>(i))));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_GT(recorder.dropped(), 5);
+    EXPECT_GT(recorder.frames(), 30);
+    frames = recorder.frames();
+  }
+  std::ifstream file(folder_.path() + "/raw", std::ios::binary);
+  const std::string raw{std::istreambuf_iterator<char>(file), {}};
+  ASSERT_EQ(raw.size(), static_cast<size_t>(frames) * kPicture_bytes);
+  for (size_t at = 0; at < raw.size(); at += kPicture_bytes) {
+    EXPECT_EQ(raw.find_first_not_of(raw[at], at),
+              at + kPicture_bytes < raw.size() ? at + kPicture_bytes : std::string::npos)
+        << "a picture is torn at " << at;
   }
 }
 

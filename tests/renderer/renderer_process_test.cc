@@ -1,4 +1,6 @@
 // The process on a simulated clock: its health, what it refuses, and what it shows meanwhile.
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 
 #include "tests/common/files.h"
@@ -236,6 +238,7 @@ TEST_F(Forgeries, WhereTheRobotIsBendsNothingForGood) {
     forge_epochs("ALIGNMENT", rig_.alignment());
     forge("ALIGNMENT", rig_.alignment(),
           [](alignment_t& m) { m.world_from_map_scale_m_per_mu = 1e200; });
+    forge("ALIGNMENT", rig_.alignment(), [](alignment_t& m) { m.joint_delay_s = 1e300; });
     forge_stamps("JOINT_STATE", rig_.joint_state());
     forge("JOINT_STATE", rig_.joint_state(), [](joint_state_t& m) { m.position_rad[0] = 1e300; });
     forge("JOINT_STATE", rig_.joint_state(), [](joint_state_t& m) { m.command_utime = kAbsurd; });
@@ -284,6 +287,22 @@ class RecordingTest : public RendererProcessTest {
  protected:
   TemporaryFolder folder_;
 };
+
+// One that was stopped, or waits for a disk: it held up the display.
+TEST_F(RecordingTest, AnFfmpegThatTakesNothingIsSaidAndTheDisplayGoesOn) {
+  const std::string script = folder_.write("ffmpeg", "#!/bin/sh\nexec sleep 1000\n");
+  std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", (folder_.path() + ":" + path).c_str(), 1);
+  rig_.params.record = folder_.path() + "/film.mp4";
+  rig_.start();
+  rig_.run(8);
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_TRUE(is_degraded());
+  EXPECT_TRUE(says("ffmpeg takes no pictures: ")) << rig_.health().reason;
+  EXPECT_GT(rig_.metric("dropped_frames"), 20);
+  EXPECT_GT(rig_.take_drawn().predictions, 20);
+}
 
 // It used to be overwritten by the next picture, and to blame the disk.
 TEST_F(RecordingTest, AnEndedRecordingIsSaidTrulyAndStaysSaid) {

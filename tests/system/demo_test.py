@@ -82,6 +82,29 @@ class Demo(unittest.TestCase):
         self.assertEqual(demo.wait(GENEROUS_S), 128 + signal.SIGTERM, self.said())
         self.assert_nothing_left(self.video)
 
+    def decoded(self, file):
+        """(width, height, frames) of a film or a picture, every frame of which ffmpeg can read."""
+        result = run("ffprobe", "-v", "error", "-count_frames", "-select_streams", "v:0",
+                     "-show_entries", "stream=width,height,nb_read_frames", "-of", "csv=p=0", file)
+        self.assertEqual((result.returncode, result.stderr), (0, ""), f"{file}: {self.said()}")
+        return tuple(map(int, result.stdout.strip().rstrip(",").split(",")))
+
+    def test_what_a_session_leaves_can_be_read(self):
+        sequence = write_tiny_sequence(self.out / "tiny", frames=60)
+        out = self.out / "session"
+        demo = self.demo("--video", sequence, "--score-frames", 0, "--output", out,
+                         "--set", "renderer.picture_width_px=160")
+        self.assertEqual(demo.wait(GENEROUS_S), 0, self.said())
+        width_px, height_px, frames = self.decoded(out / "demo.mp4")
+        self.assertGreater(min(width_px, height_px), 50)
+        self.assertGreater(frames, 30, "of six seconds")
+        width_px, height_px, frames = self.decoded(out / "contact_sheet.png")
+        self.assertGreater(width_px, 2 * 640)
+        self.assertGreater(height_px, 6 * 100)
+        self.assertEqual(frames, 1)
+        self.assertIn(f"contact sheet {out / 'contact_sheet.png'}", self.said())
+        self.assert_nothing_left(self.video)
+
     def test_killed_it_leaves_no_recorder_and_the_next_deploy_ends_the_rest(self):
         demo = self.demo("--seconds", 0)
         self.wait(lambda: "moves" in self.said(), "it is up")

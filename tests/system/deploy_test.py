@@ -189,16 +189,25 @@ class Deploy(unittest.TestCase):
         self.assertEqual(result.returncode, 69, result.stderr)
         self.assertIn("scripts/setup --network", result.stderr)
 
-    def test_a_source_that_has_ended_is_not_restarted(self):
-        camera = (f"  camera: {{start: last, params: {{source: {self.sequence}, speed: 0.4, "
+    def assert_ends_once(self, sequence, exit_code):
+        camera = (f"  camera: {{start: last, params: {{source: {sequence}, speed: 0.4, "
                   f"exit_at_end: true}}}}\n")
         swarm = self.swarm("  carver: {}\n" + camera)
         swarm.up()
         wait_for(lambda: swarm.supervisor.processes()["camera"]["statename"] == "EXITED", 30,
                  "the camera ends")
+        self.assertEqual(swarm.supervisor.processes()["camera"]["exitstatus"], exit_code)
         status = swarm.deploy("status")
-        self.assertEqual(status.returncode, 0, status.stdout)
+        self.assertEqual(status.returncode, exit_code, status.stdout)
         self.assertRegex(status.stdout, "camera +robot +EXITED")
+
+    def test_a_source_that_has_ended_is_not_restarted(self):
+        self.assert_ends_once(self.sequence, 0)
+
+    def test_nor_is_one_with_images_that_were_refused(self):
+        damaged = write_tiny_sequence(pathlib.Path(self.folder.name) / "damaged")
+        (damaged / "rgb" / "0003.png").write_bytes(b"no picture")
+        self.assert_ends_once(damaged, 69)
 
     def test_restart_gives_one_process_a_new_pid_and_keeps_the_others(self):
         swarm = self.swarm()

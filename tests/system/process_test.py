@@ -80,6 +80,17 @@ class Process(unittest.TestCase):
                                          "/no/such/log", "--output", f"{folder}/out.lcmlog"],
                                     "/no/such/log")
 
+    def test_a_recording_that_ends_with_refused_images_is_69(self):
+        with tempfile.TemporaryDirectory() as folder:
+            sequence = write_tiny_sequence(pathlib.Path(folder) / "tiny", frames=5, rate_hz=50)
+            command = [program("camera"), *URLS, "--set", f"source={sequence}", "--set",
+                       "exit_at_end=true"]
+            whole = run(*command, timeout_s=20)
+            self.assertEqual(whole.returncode, 0, whole.stderr)
+            (sequence / "rgb" / "0003.png").write_bytes(b"no picture")
+            self.assert_refuses(69, command, "camera: done", "1 of 5 images could not be used",
+                                "0003.png")
+
     def test_top_says_who_is_missing(self):
         self.assert_refuses(69, [program("top"), *URLS, "--wait", "nobody", "--timeout", 0.3],
                             "nobody", "no health heard")

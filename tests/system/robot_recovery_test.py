@@ -49,8 +49,13 @@ class RobotRecovery(RecoveryCase):
         del before["wam_controller"], after["wam_controller"]
         self.assertEqual(after, before, "somebody else died")
 
-    def test_calibrator_aligns_anew(self):
+    def test_calibrator_goes_on_in_its_alignment(self):
+        self.wait_until_all_work()
+        self.wait(lambda: list((self.swarm.folder / "foresight" / "kept").glob("kept_calibrator.*")),
+                  "the alignment is kept")
         self.kill("calibrator", ("renderer", "BASE_POSE", "operator"))
+        log = (self.swarm.run_dir / "logs" / "calibrator.log").read_text(encoding="utf-8")
+        self.assertIn("alignment of before the restart is confirmed", log)
 
     def test_omni(self):
         self.kill("omni", ("renderer", "JOINT_COMMAND", "operator"),
