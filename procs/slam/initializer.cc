@@ -33,6 +33,7 @@ constexpr double kNoiseFloor_px = 0.3;                 // in the ratio to a rota
 constexpr double kStableAngle = 20 * kDegree;          // between the ways to the second camera
 constexpr size_t kHypotheses = 3;                      // tried again at the next image
 constexpr double kSaneDepth = 50;                      // times the median
+constexpr Duration kStillBelieved = seconds(5);        // after it was seen last
 
 template <class... Args>
 std::string format(const char* pattern, Args... args) {
@@ -43,6 +44,12 @@ std::string format(const char* pattern, Args... args) {
 
 Vector3d center_in_first(const Pose<Cam, Cam>& second_from_first) {
   return second_from_first.inverse().translation();
+}
+
+double median_depth(const TwoViewSolution& solution) {
+  std::vector<double> depths;
+  for (const Vector3d& p : solution.points) depths.push_back(p.z());
+  return median(std::move(depths));
 }
 
 }  // namespace
@@ -224,6 +231,28 @@ std::string Initializer::objection(const Diagnosis& d) const {
   return "";
 }
 
+const char* Initializer::still_reason() {
+  return "the picture changes only in parts: is something moving before a still camera?";
+}
+
+void Initializer::believe_still(Time time, StillEvidence evidence) {
+  still_ = std::move(evidence);
+  still_time_ = time;
+}
+
+// What moves may cover so much for a while that nothing else shows: then what was known counts.
+bool Initializer::shows_still_camera(const Answer& answer) {
+  const TwoViewSolution& best = answer.solutions.front();
+  const InitialMap::View &first = answer.attempt.first, &second = answer.attempt.second;
+  StillEvidence evidence = still_evidence(
+      camera_, {first.pyramid, second.pyramid, best.second_from_first, median_depth(best)});
+  const Duration since = second.time - still_time_;
+  if (since > kStillBelieved || since < Duration{}) still_.reset();  // or the clock was set
+  if (!evidence.says_still()) return still_ && evidence.confirms(*still_);
+  believe_still(second.time, std::move(evidence));
+  return true;
+}
+
 Initializer::Outcome Initializer::apply(const Answer& answer) {
   if (answer.attempt.reference != reference_count_ || tracks_.empty()) {
     return {std::nullopt, "new reference image", std::nullopt};
@@ -232,18 +261,22 @@ Initializer::Outcome Initializer::apply(const Answer& answer) {
   if (answer.solutions.empty()) {
     outcome.reason = "no two-view motion explains the tracks";
   } else {
+    const bool stood_still = still_.has_value();
     outcome.diagnosis = diagnose(answer);
-    outcome.reason = objection(*outcome.diagnosis);
+    outcome.reason = shows_still_camera(answer) ? still_reason() : objection(*outcome.diagnosis);
     if (outcome.reason.empty()) outcome.map = make_map(answer.attempt, answer.solutions.front());
+    // It moves now: what was followed while other things moved is in the way of a first map.
+    if (stood_still && outcome.reason != still_reason()) {
+      still_.reset();
+      restart();
+    }
   }
   reason_ = outcome.reason;
   return outcome;
 }
 
 InitialMap Initializer::make_map(const Attempt& attempt, const TwoViewSolution& solution) {
-  std::vector<double> depths;
-  for (const Vector3d& p : solution.points) depths.push_back(p.z());
-  const double scale = 1 / median(std::move(depths));
+  const double scale = 1 / median_depth(solution);
   InitialMap map;
   map.first = attempt.first;
   map.second = attempt.second;

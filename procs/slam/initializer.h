@@ -1,7 +1,7 @@
 // The first map, without a user: corners of a reference image are followed until a motion explains
 // them (first_map_solver.h). It is taken only if it is clearly better than every different one,
-// has parallax, is not a mere rotation, and stays the same from image to image. Otherwise it says
-// why and waits.
+// has parallax, is not a mere rotation, stays the same from image to image, and if the rest of the
+// picture moves, too (still_camera.h). Otherwise it says why and waits.
 //
 //   initializer.feed(time, pyramid);                                 // every image
 //   if (auto attempt = initializer.take_attempt())                   // now and then, beside
@@ -20,6 +20,7 @@
 #include "procs/slam/first_map_solver.h"
 #include "procs/slam/image_pyramid.h"
 #include "procs/slam/slam_options.h"
+#include "procs/slam/still_camera.h"
 
 namespace foresight::slam {
 
@@ -81,6 +82,9 @@ class Initializer {
     tracks_.clear();
     attempt_due_ = false;
   }
+  /// The camera was found to stand still: believed for a while, as long as the picture confirms it.
+  void believe_still(Time time, StillEvidence evidence);
+  static const char* still_reason();
 
  private:
   struct Track {
@@ -94,6 +98,7 @@ class Initializer {
   std::vector<size_t> views_between() const;
   Diagnosis diagnose(const Answer& answer);
   std::string objection(const Diagnosis& diagnosis) const;  // why not accepted; empty: accepted
+  bool shows_still_camera(const Answer& answer);
   static InitialMap make_map(const Attempt& attempt, const TwoViewSolution& solution);
 
   CameraModel camera_;
@@ -107,6 +112,8 @@ class Initializer {
   Time reference_time_, last_time_;
   ImagePyramid reference_, last_;
   std::string reason_;  // of the last attempt with this reference
+  std::optional<StillEvidence> still_;
+  Time still_time_;
 };
 
 }  // namespace foresight::slam

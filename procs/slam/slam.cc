@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "procs/slam/published_map.h"
 #include "procs/slam/relocalizer.h"
 #include "procs/slam/slam_map.h"
+#include "procs/slam/still_camera.h"
 #include "procs/slam/tracker.h"
 
 namespace foresight {
@@ -26,7 +28,8 @@ using slam::TrackingAttempt;
 
 namespace {
 constexpr Duration kClockJump = seconds(1);  // older images than by that: the camera's clock is new
-constexpr double kSamePlace = 0.1;  // depths, or radians: a better answer, but no other place
+constexpr double kSamePlace = 0.1;      // depths, or radians: a better answer, but no other place
+constexpr size_t kYoungKeyframes = 16;  // so far images may show that the camera never moved
 constexpr int kFirstFocalCheck = 5, kFocalCheckKeyframes = 12;  // keyframes until the next check
 // With the right focal length the factor came out within 0.03 of 1, the cost ratio at 0.98 to 1;
 // with one that is 20 % off, 0.14 and more away, at cost ratios of 0.3 to 0.72; a map too small to
@@ -76,6 +79,7 @@ class Slam::Impl {
   void accept(const Frame& frame, const TrackingAttempt& attempt, TrackingResult* result);
   void report(const TrackingAttempt& attempt, TrackingResult* result) const;
   void count_found(const TrackingAttempt& attempt);
+  bool refuted_by_newest_keyframe();
 
   CameraModel camera_;
   SlamOptions options_;
@@ -278,6 +282,25 @@ void Slam::Impl::accept(const Frame& frame, const TrackingAttempt& attempt,
   if (options_.close_loops) unlooped_.push_back(map_.newest_keyframe().id);
   --keyframes_to_check_;
   ++keyframes_since_all_;
+  if (refuted_by_newest_keyframe()) {
+    reset(slam::Initializer::still_reason());
+    result->reason = reset_reason_;
+  }
+}
+
+// What moves may have hidden, when the map began, that all else stands still: since then it has
+// moved on. The keyframe halfway is far enough away to tell, and what moves was elsewhere by then.
+bool Slam::Impl::refuted_by_newest_keyframe() {
+  if (is_restored_ || map_.keyframes().size() > kYoungKeyframes) return false;
+  const auto half = static_cast<std::ptrdiff_t>(map_.keyframes().size() / 2);
+  const slam::Keyframe& middle = std::next(map_.keyframes().begin(), half)->second;
+  const slam::Keyframe& newest = map_.newest_keyframe();
+  const Pose<Cam, Cam> newest_from_middle = newest.map_from_cam.inverse() * middle.map_from_cam;
+  slam::StillEvidence evidence = slam::still_evidence(
+      camera_, {middle.pyramid, newest.pyramid, newest_from_middle, middle.median_depth});
+  if (!evidence.says_still()) return false;
+  initializer_.believe_still(newest.time, std::move(evidence));
+  return true;
 }
 
 void Slam::Impl::reset(const std::string& reason) {
