@@ -1,5 +1,6 @@
-// Start-up errors. They carry one line that names the file, key, value and limit and how to mend
-// it; the process host prints the line and ends with the exit code. Nothing throws after start-up.
+// Errors that a person can mend. They carry one line that names the file, key, value and limit and
+// how to mend it; the process host and the tools print the line and end with the exit code. After a
+// process has started they are thrown only to be caught where a file or device is used.
 #pragma once
 
 #include <stdexcept>

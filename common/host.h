@@ -1,6 +1,7 @@
 // What a process needs from its surroundings: a clock, a bus, timers, one worker. Three hosts
 // exist: LiveHost (LCM, wall clock), Simulation (many processes, one thread, one simulated clock;
-// also replays logs) and DescribeHost (only --describe). A process cannot tell them apart.
+// also replays logs) and DescribeHost (only --describe). What a process does must not depend on which
+// it has; the few that keep things for the next of the same run are told so by their main().
 #pragma once
 
 #include <cstdint>

@@ -50,8 +50,6 @@ class Simulation {
 
   /// Runs everything that is due up to and including `time`.
   void run_until(Time time);
-  /// Time of the next event, if any.
-  bool has_events() const { return !events_.empty(); }
   /// Set when a process asked to end (camera at the end of its source, say).
   bool is_stopped() const { return stopped_; }
 

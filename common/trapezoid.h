@@ -1,8 +1,8 @@
 // Time-optimal motion of one joint with bounded velocity and acceleration from any position and
 // velocity to rest at a target: the paper's truncated trapezoid (§II-D), re-fitted at each command.
 //
-//   const Trapezoid motion = Trapezoid::fit({position_rad, velocity_rad_per_s}, target_rad,
-//   limits); const MotionState now = motion.at(0.25);
+//   const Trapezoid motion = Trapezoid::fit({position, velocity}, target, limits);
+//   const MotionState now = motion.at(0.25);
 //
 // All cases: reversal, overshoot and return when the braking distance is longer than the way,
 // triangle when the velocity limit is not reached, zero length, a start above the velocity limit

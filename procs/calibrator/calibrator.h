@@ -7,8 +7,7 @@
 //   calibrator.add_joints(time, position_rad);
 //   calibrator.add_frame(frame);
 //   for (const BaseEstimate& b : calibrator.take_base()) publish(b);
-//   if (auto task = calibrator.take_task()) calibrator.apply(*task,
-//   solve_alignment(task->problem));
+//   if (auto t = calibrator.take_task()) calibrator.apply(*t, solve_alignment(t->problem));
 //
 // World is the base at the time of the first alignment. A new epoch is a new map, which must be
 // aligned anew; the base is then taken to stand where it was last seen, so that the world stays

@@ -20,7 +20,6 @@ class MapStore {
   const MapKeyframe* find_keyframe(int32_t id) const;
   /// The keyframe whose camera is nearest; null without any. O(keyframes).
   const MapKeyframe* nearest_keyframe(const Eigen::Vector3d& position_in_map) const;
-  size_t point_count() const { return points_.size(); }
   /// In order of their ids: the oldest first.
   std::vector<Eigen::Vector3f> points_in_map() const;
 

@@ -69,7 +69,6 @@ class MotionMixture {
 
   /// Mean and covariance over the models.
   MotionBelief belief() const;
-  double still_probability() const { return probabilities_[0]; }
 
  private:
   void mix(double dt_s);

@@ -285,6 +285,7 @@ void Slam::Impl::accept(const Frame& frame, const TrackingAttempt& attempt,
   if (refuted_by_newest_keyframe()) {
     reset(slam::Initializer::still_reason());
     result->reason = reset_reason_;
+    result->is_keyframe = false;
   }
 }
 

@@ -58,7 +58,6 @@ class Robot {
   Time now() const { return now_; }
   int joint_count() const { return plant_.dynamics().size(); }
   const SafetyBoard& board() const { return board_; }
-  bool is_on_stand() const { return is_on_stand_; }
   void read_encoders(std::span<int32_t> counts) const { plant_.read_encoders(counts); }
   /// `time` within the last half second.
   RobotTruth truth_at(Time time) const;
