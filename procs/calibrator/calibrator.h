@@ -160,7 +160,7 @@ class Calibrator {
   double aligned_base_sigma_m_ = 0, aligned_base_sigma_rad_ = 0;
   double doubt_m_ = 0;  // what the alignment's uncertainty makes of it where the camera is now
   Stand stand_ = Stand::kThere;
-  std::optional<Time> back_since_;
+  std::optional<Time> back_since_, far_since_;
 
   std::deque<CameraFrame> waiting_;  // for their joints
   Time newest_frame_;

@@ -7,8 +7,14 @@
 // the first one since (the tracker has jumped again, as it does when it comes back) and lies where
 // the base may have gone meanwhile. Frames without a measurement are no contradiction: the base may
 // go where it likes unseen, and the gate grows with the doubt.
+//
+// What is accepted counts at once, but is confirmed only by the next two measurements, when they
+// are accepted too, and only while few are refused. When nothing is accepted any more, what is not
+// confirmed goes: one forged or mistracked pose would else bend the base for as long as tracking is
+// lost.
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "procs/calibrator/motion_mixture.h"
@@ -31,8 +37,15 @@ class KalmanBaseFilter : public BaseFilter {
     Time begun, time;
     int measurements = 0;
   };
+  struct Moment {
+    MotionMixture mixture;
+    Time time;
+  };
 
   void advance(Time time);
+  void confirm();
+  void doubt();
+  void drop_unconfirmed(Time now);
   bool fits(const BaseMeasurement& measurement);
   void contend(const BaseMeasurement& measurement);
   bool contender_is_believed() const;
@@ -42,8 +55,13 @@ class KalmanBaseFilter : public BaseFilter {
   BaseFilterOptions options_;
   NoiseMeter meter_;
   MotionMixture mixture_;
-  Time time_;           // of mixture_
-  Time measured_time_;  // of the last accepted measurement
+  Time time_;                  // of mixture_
+  Time measured_time_;         // of the last accepted measurement
+  std::deque<Moment> newest_;  // after the measurements accepted since the last refused one
+  int credit_ = 0;             // of the measurements: grows with each, falls with each refused one
+  Time credit_begin_;
+  std::optional<Moment> confirmed_;
+  bool is_confirmed_ = true;  // nothing was accepted since
   // While measurements are refused:
   std::optional<Matrix6d> gate_;
   std::optional<Contender> contender_;
