@@ -127,12 +127,15 @@ void Calibrator::drain() {
   }
 }
 
-std::optional<Calibrator::Expectation> Calibrator::expected_camera() const {
+std::optional<Calibrator::Expectation> Calibrator::expected_camera(BasePlace place) const {
   if (!alignment_.is_aligned || !base_ || history_.empty()) return std::nullopt;
+  const std::optional<Pose<World, Base>> world_from_base =
+      place == BasePlace::kPresent ? base_->world_from_base : filter_->earlier();
+  if (!world_from_base) return std::nullopt;
   const auto arm = history_.at(history_.newest());
   if (!arm) return std::nullopt;
   const Pose<World, Cam> world_from_cam =
-      base_->world_from_base * arm->base_from_ee * alignment_.solution.estimate.ee_from_cam;
+      *world_from_base * arm->base_from_ee * alignment_.solution.estimate.ee_from_cam;
   return Expectation{history_.newest() - seconds(joint_delay_s()), alignment_.epoch,
                      alignment_.world_from_map.inverse() * world_from_cam};
 }

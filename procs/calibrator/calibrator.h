@@ -116,14 +116,16 @@ class Calibrator {
   const std::optional<BaseEstimate>& base() const { return base_; }
   CalibratorStatistics statistics() const;
 
-  /// Where the camera should be in the map, by the newest joints and where the base was last seen.
-  /// Nothing until aligned.
+  /// Where the camera should be in the map, by the newest joints and where the base was last seen;
+  /// kEarlier: where it was seen for long, if it is believed elsewhere since. Nothing until
+  /// aligned.
   struct Expectation {
     Time time;  // of the image that these joints belong to
     int64_t epoch = 0;
     Pose<Map, Cam> map_from_cam;
   };
-  std::optional<Expectation> expected_camera() const;
+  enum class BasePlace { kPresent, kEarlier };
+  std::optional<Expectation> expected_camera(BasePlace place) const;
 
  private:
   // Whether the base stands where it stood when the pairs were collected.

@@ -16,6 +16,14 @@ constexpr size_t kConfirming = 2;   // measurements
 constexpr double kSilence_s = 0.3;  // after which what is not confirmed is forgotten
 constexpr double kMovesOn_s = 0.4;  // with the confirmed velocity
 
+constexpr double kProven_s = 2;
+constexpr double kSamePlace_m = 0.03, kSameTurn_rad = 2 * kDegree;
+
+bool is_same_place(const MotionBelief& a, const MotionBelief& b) {
+  return (a.position_m - b.position_m).norm() < kSamePlace_m &&
+         angle_between(a.rotation, b.rotation) < kSameTurn_rad;
+}
+
 PoseNoise assumed_noise(const BaseFilterOptions& options) {
   return {options.position_noise_m / std::sqrt(3.0),
           options.rotation_noise_deg * kDegree / std::sqrt(3.0)};
@@ -32,6 +40,7 @@ void KalmanBaseFilter::reset(const BaseMeasurement& measurement) {
   newest_.clear();
   credit_ = 0;
   confirmed_.reset();
+  proven_.reset();
   is_confirmed_ = true;
   meter_ = NoiseMeter(assumed_noise(options_));
   gate_.reset();
@@ -56,9 +65,10 @@ void KalmanBaseFilter::confirm() {
   newest_.push_back({mixture_, time_});
   if (newest_.size() <= kConfirming) return;
   if (newest_.size() > kConfirming + 1) newest_.pop_front();
-  const bool is_trusted =
-      credit_ >= kEnoughCredit && (time_ - credit_begin_).seconds() >= kCreditTime_s;
-  if (is_trusted) confirmed_ = newest_.front();
+  const double trusted_s = (time_ - credit_begin_).seconds();
+  if (credit_ < kEnoughCredit || trusted_s < kCreditTime_s) return;
+  confirmed_ = newest_.front();
+  if (trusted_s >= kProven_s) proven_ = confirmed_;
 }
 
 void KalmanBaseFilter::doubt() {
@@ -118,11 +128,24 @@ bool KalmanBaseFilter::contender_is_believed() const {
   const double age_s = (contender_->time - contender_->begun).seconds();
   if (contender_->measurements < 5) return false;
   if (age_s >= options_.reacquire_s) return true;
-  if (contenders_ < 2 || age_s < kReturn_s) return false;
+  if (age_s < kReturn_s) return false;
+  if (contender_returns()) return true;
+  if (contenders_ < 2) return false;
   const MotionBelief mine = mixture_.belief(), theirs = contender_->mixture.belief();
   const Vector6d away = mine.error_of(theirs).head<6>();
   const Matrix6d reach = mine.covariance.topLeftCorner<6, 6>();
   return away.dot(reach.ldlt().solve(away)) < kGate;
+}
+
+std::optional<Pose<World, Base>> KalmanBaseFilter::earlier() const {
+  if (!proven_) return std::nullopt;
+  const MotionBelief proven = proven_->mixture.belief();
+  if (is_same_place(proven, mixture_.belief())) return std::nullopt;
+  return Pose<World, Base>{proven.rotation, proven.position_m};
+}
+
+bool KalmanBaseFilter::contender_returns() const {
+  return earlier() && is_same_place(proven_->mixture.belief(), contender_->mixture.belief());
 }
 
 BaseEstimate KalmanBaseFilter::update(const BaseMeasurement& measurement) {

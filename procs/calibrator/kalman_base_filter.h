@@ -12,6 +12,9 @@
 // are accepted too, and only while few are refused. When nothing is accepted any more, what is not
 // confirmed goes: one forged or mistracked pose would else bend the base for as long as tracking is
 // lost.
+//
+// A belief that has been trusted for kProven_s is proven. Whatever was believed since and is not, a
+// contender that agrees with the proven one is believed early: tracking has found back.
 #pragma once
 
 #include <deque>
@@ -29,6 +32,7 @@ class KalmanBaseFilter : public BaseFilter {
   void reset(const BaseMeasurement& measurement) override;
   BaseEstimate update(const BaseMeasurement& measurement) override;
   BaseEstimate coast(Time time) override;
+  std::optional<Pose<World, Base>> earlier() const override;
   BaseFilterStatistics statistics() const override;
 
  private:
@@ -49,6 +53,7 @@ class KalmanBaseFilter : public BaseFilter {
   bool fits(const BaseMeasurement& measurement);
   void contend(const BaseMeasurement& measurement);
   bool contender_is_believed() const;
+  bool contender_returns() const;
   void accept(const BaseMeasurement& measurement);
   BaseEstimate estimate(BaseState state) const;
 
@@ -60,7 +65,7 @@ class KalmanBaseFilter : public BaseFilter {
   std::deque<Moment> newest_;  // after the measurements accepted since the last refused one
   int credit_ = 0;             // of the measurements: grows with each, falls with each refused one
   Time credit_begin_;
-  std::optional<Moment> confirmed_;
+  std::optional<Moment> confirmed_, proven_;
   bool is_confirmed_ = true;  // nothing was accepted since
   // While measurements are refused:
   std::optional<Matrix6d> gate_;

@@ -61,6 +61,7 @@ class CalibratorProcess : public Process {
   NewestStamp joint_stamps_, frame_stamps_;
   std::optional<Time> last_joints_, last_frame_;  // by the clock, when they arrived
   std::optional<calibration::BaseState> base_state_;
+  int64_t hints_given_ = 0;
 };
 
 }  // namespace foresight

@@ -132,6 +132,29 @@ TEST(BaseFilter, OneWrongPoseDoesNotOutlastTheSilenceAfterIt) {
   }
 }
 
+// Forged poses that agreed for as long as a contender must are believed; the tracker that then
+// finds back to where the base was for long need not contend as long.
+TEST(BaseFilter, WhatWasProvenIsBelievedAgainAtOnce) {
+  BaseMotionOptions options;
+  options.outlier_share = 0;
+  options.mistrack_begin_s = 5;
+  options.mistrack_length_s = 1.7;
+  options.mistrack_m = 0.1;
+  const auto frames = make_base_motion(BaseMotionKind::kStill, options);
+  const auto filter = make_base_filter({});
+  filter->reset(frames[0].measurement);
+  int off_after = 0;
+  for (size_t i = 1; i < 300; ++i) {
+    const BaseEstimate e = filter->update(frames[i].measurement);
+    const double off_m =
+        (e.world_from_base.translation() - frames[i].world_from_base.translation()).norm();
+    if (i == 200) EXPECT_GT(off_m, 0.05) << "it was not believed";
+    if (i >= 201 && off_m > 0.005) ++off_after;
+    EXPECT_EQ(filter->earlier().has_value(), off_m > 0.03) << i;
+  }
+  EXPECT_LE(off_after, 13) << "0.4 s";
+}
+
 // At two frames a second every pause is as long as a silence.
 TEST(BaseFilter, ASlowCameraIsFollowed) {
   const auto frames = make_base_motion(BaseMotionKind::kRamp, {});

@@ -300,6 +300,31 @@ TEST_F(ProcessTest, OneForgedPoseWhileTrackingIsLostIsForgotten) {
   EXPECT_EQ(metric("base_has_left"), 0);
 }
 
+// A base that was moved by mistake for longer than a contender needs, and tracking that is lost
+// then: every other hint says where the camera is if the base stands where it stood for long.
+TEST_F(ProcessTest, HintsTellOfTheEarlierPlaceToo) {
+  start({});
+  run(12);
+  ASSERT_EQ(alignment_.state, +alignment_t::STATE_ALIGNED) << alignment_.reason;
+  robot_->set_tracking(SimulatedRobot::Tracking::kWrong);
+  run(1.8);
+  ASSERT_GT(Eigen::Vector3d(base_.world_from_base_position_m).norm(), 0.05);
+  robot_->set_tracking(SimulatedRobot::Tracking::kLost);
+  run(0.5);
+  int right = 0, wrong = 0;
+  for (int i = 0; i < 30; ++i) {
+    const int before = hints_;
+    run(1.0 / 30);
+    if (hints_ == before) continue;
+    const Pose<World, Cam> expected = robot_->world_from_map() * *read_pose(hint_);
+    const double off_m =
+        (expected.translation() - robot_->world_from_cam({hint_.utime}).translation()).norm();
+    ++(off_m < 0.01 ? right : wrong);
+  }
+  EXPECT_GE(right, 10);
+  EXPECT_GE(wrong, 10);
+}
+
 TEST_F(ProcessTest, LostTrackingIsDegraded) {
   start({});
   run(12);
