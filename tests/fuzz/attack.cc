@@ -173,8 +173,9 @@ std::string Attack::run(Progress* progress) {
   progress->rss_after_mb = rss_mb();
   if (growth_mb > kMaxGrowth_mb) return "the heap grew by " + std::to_string(growth_mb) + " MB";
   if (options_.orders) return {};
-  if (!fault.empty()) return "two seconds after the last: " + fault;
-  return health.empty() ? "" : "eight seconds after the last: " + health;
+  const std::string later = health.empty() ? "" : "eight seconds after the last: " + health;
+  if (fault.empty()) return later;
+  return "two seconds after the last: " + fault + (later.empty() ? "" : "; " + later);
 }
 
 }  // namespace foresight::fuzz

@@ -9,7 +9,9 @@
 #include "foresight/camera_pose_t.hpp"
 #include "foresight/controller_state_t.hpp"
 #include "foresight/display_stats_t.hpp"
+#include "foresight/health_t.hpp"
 #include "foresight/joint_state_t.hpp"
+#include "foresight/mesh_t.hpp"
 #include "foresight/truth_t.hpp"
 
 namespace foresight::fuzz {
@@ -46,6 +48,10 @@ void ClosedLoopArena::run_for(double seconds_long) {
 void ClosedLoopArena::on_message(Domain domain, const std::string& channel,
                                  std::span<const uint8_t> bytes) {
   if (domain == Domain::kRobot) learn_beliefs(channel, bytes);
+  if (domain == Domain::kOperator && channel == "HEALTH") {
+    const auto health = decode<health_t>(bytes);
+    if (health.process == "renderer") beliefs_["renderer"] = "renderer: " + health.reason;
+  }
   if (channel == "ALIGNMENT" && domain == Domain::kRobot) {
     is_aligned_ = decode<alignment_t>(bytes).state == alignment_t::STATE_ALIGNED;
   } else if (channel == "TRUTH_STATE") {
@@ -75,6 +81,10 @@ void ClosedLoopArena::learn_beliefs(const std::string& channel, std::span<const 
     const auto pose = decode<camera_pose_t>(bytes);
     std::snprintf(text, sizeof text, "tracking in state %d, %.1f s ago", pose.state,
                   (world().now() - Time{pose.utime}).seconds());
+  } else if (channel == "MESH") {
+    const auto mesh = decode<mesh_t>(bytes);
+    std::snprintf(text, sizeof text, "a mesh of %d triangles, %.1f s ago", mesh.n_triangles,
+                  (world().now() - Time{mesh.utime}).seconds());
   } else if (channel == "CONTROLLER_STATE") {
     const auto controller = decode<controller_state_t>(bytes);
     std::snprintf(text, sizeof text, "the controller in state %d", controller.state);
