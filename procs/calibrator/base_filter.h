@@ -10,6 +10,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "common/frames.h"
 #include "common/time.h"
@@ -68,6 +69,8 @@ class BaseFilter {
   virtual BaseEstimate update(const BaseMeasurement& measurement) = 0;
   /// A frame without one.
   virtual BaseEstimate coast(Time time) = 0;
+  /// Where the base was for long, if it is believed elsewhere since and that is not certain yet.
+  virtual std::optional<Pose<World, Base>> earlier() const { return std::nullopt; }
   virtual BaseFilterStatistics statistics() const = 0;
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 // What the filter notices late may have spoiled pairs already.
 constexpr Duration kDoubt = milliseconds(1500);
-constexpr Duration kBack = seconds(1);
+constexpr Duration kBack = seconds(1), kFar = seconds(1);
 // Nothing is predicted over a longer time between two frames: a clock was set, or all stood still.
 constexpr Duration kClockStep = seconds(60);
 constexpr double kSigmas = 3;   // of the alignment, that are no motion of the base
@@ -65,6 +65,7 @@ void Calibrator::begin_epoch(int64_t epoch) {
   newest_ = {};
   stand_ = Stand::kThere;
   back_since_.reset();
+  far_since_.reset();
   filter_runs_ = false;
 }
 
@@ -143,12 +144,15 @@ void Calibrator::drain() {
   }
 }
 
-std::optional<Calibrator::Expectation> Calibrator::expected_camera() const {
+std::optional<Calibrator::Expectation> Calibrator::expected_camera(BasePlace place) const {
   if (!alignment_.is_aligned || !base_ || history_.empty()) return std::nullopt;
+  const std::optional<Pose<World, Base>> world_from_base =
+      place == BasePlace::kPresent ? base_->world_from_base : filter_->earlier();
+  if (!world_from_base) return std::nullopt;
   const auto arm = history_.at(history_.newest());
   if (!arm) return std::nullopt;
   const Pose<World, Cam> world_from_cam =
-      base_->world_from_base * arm->base_from_ee * alignment_.solution.estimate.ee_from_cam;
+      *world_from_base * arm->base_from_ee * alignment_.solution.estimate.ee_from_cam;
   return Expectation{history_.newest() - seconds(joint_delay_s()), alignment_.epoch,
                      alignment_.world_from_map.inverse() * world_from_cam};
 }
@@ -182,7 +186,9 @@ BaseEstimate Calibrator::follow(const BaseMeasurement& measurement) {
   return filter_->update(measurement);
 }
 
+// No single pose tells that it has left for good: it must be measured far away for a while.
 void Calibrator::watch_stand(const BaseEstimate& estimate) {
+  if (estimate.state != BaseState::kMeasured) far_since_.reset();
   if (estimate.state != BaseState::kMeasured || stand_ == Stand::kLeft) return;
   const Pose<Base, Base> moved = world_from_aligned_base_.inverse() * estimate.world_from_base;
   const double far_m = options_.leave_m + kSigmas * doubt_m_;
@@ -190,8 +196,12 @@ void Calibrator::watch_stand(const BaseEstimate& estimate) {
       options_.leave_deg * kDegree + kSigmas * alignment_.solution.rotation_sigma_rad;
   const double share = std::max(moved.translation().norm() / far_m,
                                 vector_from_rotation(moved.rotation()).norm() / far_rad);
-  if (share > kFarAway) {
-    if (stand_ == Stand::kThere) collector_.discard_after(estimate.time - kDoubt);
+  if (share <= kFarAway) {
+    far_since_.reset();
+  } else if (!far_since_) {
+    far_since_ = estimate.time;
+  }
+  if (far_since_ && estimate.time - *far_since_ >= kFar) {
     stand_ = Stand::kLeft;
   } else if (share > 1 && stand_ == Stand::kThere) {
     collector_.discard_after(estimate.time - kDoubt);

@@ -135,14 +135,16 @@ class Calibrator {
   const std::optional<BaseEstimate>& base() const { return base_; }
   CalibratorStatistics statistics() const;
 
-  /// Where the camera should be in the map, by the newest joints and where the base was last seen.
-  /// Nothing until aligned.
+  /// Where the camera should be in the map, by the newest joints and where the base was last seen;
+  /// kEarlier: where it was seen for long, if it is believed elsewhere since. Nothing until
+  /// aligned.
   struct Expectation {
     Time time;  // of the image that these joints belong to
     int64_t epoch = 0;
     Pose<Map, Cam> map_from_cam;
   };
-  std::optional<Expectation> expected_camera() const;
+  enum class BasePlace { kPresent, kEarlier };
+  std::optional<Expectation> expected_camera(BasePlace place) const;
 
  private:
   void begin_epoch(int64_t epoch);
@@ -183,7 +185,7 @@ class Calibrator {
   double aligned_base_sigma_m_ = 0, aligned_base_sigma_rad_ = 0;
   double doubt_m_ = 0;  // what the alignment's uncertainty makes of it where the camera is now
   Stand stand_ = Stand::kThere;
-  std::optional<Time> back_since_;
+  std::optional<Time> back_since_, far_since_;
 
   std::deque<CameraFrame> waiting_;  // for their joints
   Time newest_frame_;

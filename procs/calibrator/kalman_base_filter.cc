@@ -9,6 +9,20 @@ namespace {
 constexpr double kGate = 27.9;     // chi², 6 degrees of freedom: 1 in 10 000 right ones is refused
 constexpr double kReturn_s = 0.3;  // consistency asked of a tracker that comes back
 constexpr double kMaxStep_s = 0.1;  // longer spans are predicted in steps
+// Measurements that confirm must be trusted: one refused costs as much as several accepted give.
+constexpr int kEnoughCredit = 5, kMostCredit = 15, kLostCredit = 5;
+constexpr double kCreditTime_s = 0.3;
+constexpr size_t kConfirming = 2;   // measurements
+constexpr double kSilence_s = 0.3;  // after which what is not confirmed is forgotten
+constexpr double kMovesOn_s = 0.4;  // with the confirmed velocity
+
+constexpr double kProven_s = 2;
+constexpr double kSamePlace_m = 0.03, kSameTurn_rad = 2 * kDegree;
+
+bool is_same_place(const MotionBelief& a, const MotionBelief& b) {
+  return (a.position_m - b.position_m).norm() < kSamePlace_m &&
+         angle_between(a.rotation, b.rotation) < kSameTurn_rad;
+}
 
 PoseNoise assumed_noise(const BaseFilterOptions& options) {
   return {options.position_noise_m / std::sqrt(3.0),
@@ -23,6 +37,11 @@ KalmanBaseFilter::KalmanBaseFilter(const BaseFilterOptions& options)
 void KalmanBaseFilter::reset(const BaseMeasurement& measurement) {
   mixture_.reset(measurement.world_from_base(), assumed_noise(options_));
   time_ = measured_time_ = measurement.time;
+  newest_.clear();
+  credit_ = 0;
+  confirmed_.reset();
+  proven_.reset();
+  is_confirmed_ = true;
   meter_ = NoiseMeter(assumed_noise(options_));
   gate_.reset();
   contender_.reset();
@@ -39,6 +58,38 @@ void KalmanBaseFilter::advance(Time time) {
   }
 }
 
+void KalmanBaseFilter::confirm() {
+  is_confirmed_ = false;
+  if (credit_ == 0) credit_begin_ = time_;
+  credit_ = std::min(credit_ + 1, kMostCredit);
+  newest_.push_back({mixture_, time_});
+  if (newest_.size() <= kConfirming) return;
+  if (newest_.size() > kConfirming + 1) newest_.pop_front();
+  const double trusted_s = (time_ - credit_begin_).seconds();
+  if (credit_ < kEnoughCredit || trusted_s < kCreditTime_s) return;
+  confirmed_ = newest_.front();
+  if (trusted_s >= kProven_s) proven_ = confirmed_;
+}
+
+void KalmanBaseFilter::doubt() {
+  credit_ = std::max(0, credit_ - kLostCredit);
+  newest_.clear();
+}
+
+// The gate stays as wide as it was, and whoever contends goes on.
+void KalmanBaseFilter::drop_unconfirmed(Time now) {
+  if (is_confirmed_ || !confirmed_) return;
+  if ((now - measured_time_).seconds() <= kSilence_s) return;
+  newest_.clear();
+  credit_ = 0;
+  is_confirmed_ = true;
+  mixture_ = confirmed_->mixture;
+  time_ = confirmed_->time;
+  // A base that moved has moved on, but not for as long as forged poses may have come.
+  measured_time_ = std::min(measured_time_, time_ + seconds(kMovesOn_s));
+  advance(measured_time_ + seconds(kMaxStep_s));
+}
+
 bool KalmanBaseFilter::fits(const BaseMeasurement& measurement) {
   Innovation innovation = mixture_.innovation(measurement, meter_.noise());
   if (gate_) innovation.covariance = *gate_;
@@ -48,6 +99,7 @@ bool KalmanBaseFilter::fits(const BaseMeasurement& measurement) {
 void KalmanBaseFilter::accept(const BaseMeasurement& measurement) {
   mixture_.update(measurement, meter_.noise());
   measured_time_ = measurement.time;
+  confirm();
   gate_.reset();
   contender_.reset();
   contenders_ = 0;
@@ -55,6 +107,7 @@ void KalmanBaseFilter::accept(const BaseMeasurement& measurement) {
 
 void KalmanBaseFilter::contend(const BaseMeasurement& measurement) {
   ++statistics_.refused;
+  doubt();
   const PoseNoise& noise = meter_.noise();
   if (!gate_) gate_ = mixture_.innovation(measurement, noise).covariance;
   if (contender_) {
@@ -75,15 +128,32 @@ bool KalmanBaseFilter::contender_is_believed() const {
   const double age_s = (contender_->time - contender_->begun).seconds();
   if (contender_->measurements < 5) return false;
   if (age_s >= options_.reacquire_s) return true;
-  if (contenders_ < 2 || age_s < kReturn_s) return false;
+  if (age_s < kReturn_s) return false;
+  if (contender_returns()) return true;
+  if (contenders_ < 2) return false;
   const MotionBelief mine = mixture_.belief(), theirs = contender_->mixture.belief();
   const Vector6d away = mine.error_of(theirs).head<6>();
   const Matrix6d reach = mine.covariance.topLeftCorner<6, 6>();
   return away.dot(reach.ldlt().solve(away)) < kGate;
 }
 
+std::optional<Pose<World, Base>> KalmanBaseFilter::earlier() const {
+  if (!proven_) return std::nullopt;
+  const MotionBelief proven = proven_->mixture.belief();
+  if (is_same_place(proven, mixture_.belief())) return std::nullopt;
+  return Pose<World, Base>{proven.rotation, proven.position_m};
+}
+
+bool KalmanBaseFilter::contender_returns() const {
+  return earlier() && is_same_place(proven_->mixture.belief(), contender_->mixture.belief());
+}
+
 BaseEstimate KalmanBaseFilter::update(const BaseMeasurement& measurement) {
   advance(measurement.time);
+  if (!fits(measurement)) {
+    drop_unconfirmed(measurement.time);
+    advance(measurement.time);
+  }
   if (fits(measurement)) {
     meter_.add(measurement, estimate(BaseState::kMeasured).world_from_base);
     accept(measurement);
@@ -94,6 +164,8 @@ BaseEstimate KalmanBaseFilter::update(const BaseMeasurement& measurement) {
   if (!contender_is_believed()) return estimate(BaseState::kCoasting);
   mixture_ = contender_->mixture;
   measured_time_ = measurement.time;
+  confirmed_ = Moment{mixture_, time_};
+  is_confirmed_ = true;
   gate_.reset();
   contender_.reset();
   contenders_ = 0;
@@ -102,6 +174,7 @@ BaseEstimate KalmanBaseFilter::update(const BaseMeasurement& measurement) {
 }
 
 BaseEstimate KalmanBaseFilter::coast(Time time) {
+  drop_unconfirmed(time);
   advance(time);
   meter_.interrupt();
   return estimate(BaseState::kCoasting);

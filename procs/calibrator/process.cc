@@ -221,8 +221,13 @@ void CalibratorProcess::on_camera_pose(const camera_pose_t& message) {
   if (message.state == camera_pose_t::STATE_LOST) publish_hint();
 }
 
+// In turn where the base is believed to be and where it was for long: a base that was believed
+// elsewhere by mistake would else keep slam from finding what corrects it.
 void CalibratorProcess::publish_hint() {
-  const auto expected = core_->expected_camera();
+  using Place = calibration::Calibrator::BasePlace;
+  auto expected =
+      core_->expected_camera(hints_given_++ % 2 == 0 ? Place::kPresent : Place::kEarlier);
+  if (!expected) expected = core_->expected_camera(Place::kPresent);
   if (!expected) return;
   pose_hint_t hint{};
   hint.utime = expected->time.us;

@@ -73,6 +73,7 @@ class CalibratorProcess : public Process {
   NewestStamp joint_stamps_, frame_stamps_;
   std::optional<Time> last_joints_, last_frame_;  // by the clock, when they arrived
   std::optional<calibration::BaseState> base_state_;
+  int64_t hints_given_ = 0;
 
   std::optional<RunIdentity> run_;
   std::shared_ptr<const KeptFile> kept_;  // shared with the worker; none: nothing is kept

@@ -12,7 +12,7 @@ namespace {
 constexpr double kJump = 1;  // of pose_distance() between two images: nobody moves a camera so fast
 constexpr Duration kSoon = milliseconds(500);
 constexpr int32_t kVersionsLost = 1000;
-constexpr Duration kConfirmAfter = milliseconds(1500);
+constexpr Duration kConfirmAfter = milliseconds(1200);
 
 }  // namespace
 
@@ -56,8 +56,7 @@ bool MeshGate::admit(Time now, const MeshName& mesh, int64_t view_epoch) {
   const bool is_answer = is_asked_ && is_plausible(mesh.time);
   if (!follows(now, mesh, view_epoch) && !is_answer) return false;
   confirmed_for_.reset();
-  // Said twice, or of the map that the images show as well.
-  if (is_answer && (mesh.epoch == view_epoch || mesh == shown_)) confirmed_for_ = view_epoch;
+  if (is_answer && mesh == shown_) confirmed_for_ = view_epoch;
   is_asked_ = false;
   shown_ = mesh;
   arrival_ = now;

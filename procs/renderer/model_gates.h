@@ -41,12 +41,13 @@ struct MeshName {
   int64_t epoch = 0;
   int32_t version = 0;
   Time time;
+  uint64_t digest = 0;  // of what it holds
   bool operator==(const MeshName&) const = default;
 };
 
 /// Which meshes are shown. A mesh that does not follow the last one is not: ask for the mesh
-/// instead, the answer is. So that a forged mesh which does follow goes too, one that stays is
-/// asked for once.
+/// instead, the answer is. So that a forged mesh which does follow, or comes before the answer,
+/// goes too, one that stays is asked for until the answer is the very same.
 class MeshGate {
  public:
   /// `view_epoch`: of the images; 0: none yet. False: ask.
@@ -54,7 +55,7 @@ class MeshGate {
   /// Call it when the mesh is asked for.
   void ask() { is_asked_ = true; }
   bool is_asked() const { return is_asked_; }
-  /// The mesh has stayed for a while, and was not asked for since it or the images' map came.
+  /// The mesh has stayed for a while, and no answer was the same since it or the images' map came.
   bool is_unconfirmed(Time now, int64_t view_epoch) const;
   const std::optional<MeshName>& shown() const { return shown_; }
 
@@ -65,7 +66,7 @@ class MeshGate {
   std::optional<MeshName> shown_;
   Time arrival_;
   bool is_asked_ = true;                  // a display starts late
-  std::optional<int64_t> confirmed_for_;  // the images' map when it was asked for
+  std::optional<int64_t> confirmed_for_;  // the images' map when it was
 };
 
 }  // namespace foresight

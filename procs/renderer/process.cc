@@ -1,7 +1,9 @@
 #include "procs/renderer/process.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
+#include <span>
 #include <utility>
 
 #include "common/image_codec.h"
@@ -41,6 +43,21 @@ ProcessState state_of(DisplayState state) {
   return ProcessState::kFailed;
 }
 
+// FNV-1a: tells what was forged by accident from what was sent; no protection from malice.
+uint64_t digest_of(const Mesh& mesh) {
+  uint64_t digest = 0xcbf29ce484222325;
+  const auto add = [&digest](const auto& elements) {
+    for (const std::byte b : std::as_bytes(std::span(elements))) {
+      digest = (digest ^ static_cast<uint64_t>(b)) * 0x100000001b3;
+    }
+  };
+  add(mesh.vertices_in_map);
+  add(mesh.triangles);
+  add(mesh.vertex_ids);
+  add(mesh.confidences);
+  return digest;
+}
+
 }  // namespace
 
 struct RendererProcess::Gl {
@@ -70,6 +87,9 @@ RendererProcess::RendererProcess(Node& node, const RendererParams& params)
   const Duration period = seconds(1.0 / params.idle_rate_hz);
   node.every(period, "redraw", [this, period] {
     if (is_due(last_draw_, period)) draw();
+  });
+  node.every(milliseconds(100), "doubt the mesh", [this] {
+    if (mesh_gate_.is_unconfirmed(node_.now(), view_gate_.epoch())) ask_for_mesh();
   });
   node.every(seconds(1), "rates", [this] {
     update_rates();
@@ -202,7 +222,7 @@ void RendererProcess::on_undelayed_view(const view_t& message) {
 void RendererProcess::on_mesh(const mesh_t& message) {
   const auto mesh = from_message(message);
   if (!mesh) return node_.reject_message("MESH", "indices or counts do not fit");
-  const MeshName name{message.epoch, message.version, {message.utime}};
+  const MeshName name{message.epoch, message.version, {message.utime}, digest_of(*mesh)};
   if (!mesh_gate_.admit(node_.now(), name, view_gate_.epoch())) {
     ask_for_mesh();
     return node_.reject_message("MESH", "does not follow the last: asked for again");
@@ -398,7 +418,6 @@ void RendererProcess::report_health() {
   const DisplayVerdict verdict = judge_.judge(facts);
   since_judged_ = Stopwatch(!node_.is_simulated());
   judged_ = facts.now;
-  if (mesh_gate_.is_unconfirmed(facts.now, view_gate_.epoch())) ask_for_mesh();
   node_.set_state(state_of(verdict.state), verdict.reason);
 }
 

@@ -100,6 +100,97 @@ TEST(BaseFilter, CoastsWithGrowingDoubtAndDyingVelocity) {
   }
 }
 
+// A forged pose, or one of a tracker that is mistaken on its way back: it counts, but when nothing
+// agrees with it before the next silence, it is forgotten.
+TEST(BaseFilter, OneWrongPoseDoesNotOutlastTheSilenceAfterIt) {
+  const auto frames = make_base_motion(BaseMotionKind::kStill, {});
+  const Pose<World, World> off{rotation_from_vector({0, 0, 10 * kDegree}), Vector3d(0.1, 0, 0)};
+  for (const int wrong : {1, 3}) {
+    const auto filter = make_base_filter({});
+    filter->reset(frames[0].measurement);
+    for (size_t i = 1; i < 150; ++i) filter->update(frames[i].measurement);
+    Time now = frames[149].measurement.time;
+    const auto lose = [&](double for_s) {
+      BaseEstimate e;
+      for (int i = 0; i < for_s * 30; ++i) e = filter->coast(now = now + milliseconds(33));
+      return e;
+    };
+    lose(1);
+    for (int i = 0; i < wrong; ++i) {
+      BaseMeasurement m = frames[149].measurement;
+      m.time = now = now + milliseconds(33);
+      m.world_from_cam = off * (m.world_from_base() * m.base_from_cam);
+      EXPECT_EQ(filter->update(m).state, BaseState::kMeasured);
+    }
+    const BaseEstimate after = lose(0.5);
+    EXPECT_LT(
+        (after.world_from_base.translation() - frames[149].world_from_base.translation()).norm(),
+        0.005);
+    EXPECT_LT(
+        angle_between(after.world_from_base.rotation(), frames[149].world_from_base.rotation()),
+        0.2 * kDegree);
+  }
+}
+
+// Forged poses that agreed for as long as a contender must are believed; the tracker that then
+// finds back to where the base was for long need not contend as long.
+TEST(BaseFilter, WhatWasProvenIsBelievedAgainAtOnce) {
+  BaseMotionOptions options;
+  options.outlier_share = 0;
+  options.mistrack_begin_s = 5;
+  options.mistrack_length_s = 1.7;
+  options.mistrack_m = 0.1;
+  const auto frames = make_base_motion(BaseMotionKind::kStill, options);
+  const auto filter = make_base_filter({});
+  filter->reset(frames[0].measurement);
+  int off_after = 0;
+  for (size_t i = 1; i < 300; ++i) {
+    const BaseEstimate e = filter->update(frames[i].measurement);
+    const double off_m =
+        (e.world_from_base.translation() - frames[i].world_from_base.translation()).norm();
+    if (i == 200) EXPECT_GT(off_m, 0.05) << "it was not believed";
+    if (i >= 201 && off_m > 0.005) ++off_after;
+    EXPECT_EQ(filter->earlier().has_value(), off_m > 0.03) << i;
+  }
+  EXPECT_LE(off_after, 13) << "0.4 s";
+}
+
+// At two frames a second every pause is as long as a silence.
+TEST(BaseFilter, ASlowCameraIsFollowed) {
+  const auto frames = make_base_motion(BaseMotionKind::kRamp, {});
+  const auto filter = make_base_filter({});
+  filter->reset(frames[0].measurement);
+  for (size_t i = 1; i < 60; ++i) filter->update(frames[i].measurement);
+  for (size_t i = 60; i < frames.size(); i += 15) {
+    const BaseEstimate e = filter->update(frames[i].measurement);
+    EXPECT_LT((e.world_from_base.translation() - frames[i].world_from_base.translation()).norm(),
+              0.02)
+        << i;
+  }
+}
+
+// Tracking that is good again after a loss is believed: the base may have gone where it likes.
+TEST(BaseFilter, ABaseThatMovedUnseenIsBelievedAndStaysSo) {
+  BaseMotionOptions options;
+  options.outlier_share = 0;
+  options.mistrack_begin_s = 5;
+  options.mistrack_length_s = 100;  // it was carried off
+  options.mistrack_m = 0.1;
+  const auto frames = make_base_motion(BaseMotionKind::kStill, options);
+  const auto filter = make_base_filter({});
+  filter->reset(frames[0].measurement);
+  BaseEstimate e;
+  for (size_t i = 1; i < 240; ++i) {
+    const bool is_lost = i >= 150 && i < 210;  // from 5 to 7 s; then it is seen for a second
+    e = is_lost ? filter->coast(frames[i].measurement.time) : filter->update(frames[i].measurement);
+  }
+  const Pose<World, Base> there = frames[239].measurement.world_from_base();
+  EXPECT_LT((e.world_from_base.translation() - there.translation()).norm(), 0.01);
+  for (int i = 1; i <= 60; ++i)
+    e = filter->coast(frames[239].measurement.time + milliseconds(33 * i));
+  EXPECT_LT((e.world_from_base.translation() - there.translation()).norm(), 0.03);
+}
+
 class BaseBehindAlignment : public testing::Test {
  protected:
   explicit BaseBehindAlignment()

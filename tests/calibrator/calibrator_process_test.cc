@@ -169,6 +169,64 @@ TEST_F(ProcessTest, AbsurdStampsDoNotStopTheBase) {
   }
 }
 
+// While tracking is lost the base may be anywhere, so any pose is taken; a forged one held the
+// base, and the hints to slam with it, 0.2 m off until tracking was found again, and the alignment
+// was never refined again.
+TEST_F(ProcessTest, OneForgedPoseWhileTrackingIsLostIsForgotten) {
+  start({});
+  run(12);
+  ASSERT_EQ(alignment_.state, +alignment_t::STATE_ALIGNED) << alignment_.reason;
+  robot_->set_tracking(SimulatedRobot::Tracking::kLost);
+  run(1);
+  camera_pose_t forged{};
+  forged.utime = robot_->now().us - 20'000;
+  forged.epoch = robot_->epoch();
+  forged.state = camera_pose_t::STATE_TRACKING;
+  const Pose<World, Cam> truth = robot_->world_from_cam({forged.utime});
+  write_pose(
+      robot_->world_from_map().inverse() *
+          Pose<World, Cam>(truth.rotation(), truth.translation() + Eigen::Vector3d(0.2, 0, 0)),
+      &forged);
+  forged.quality = 1;
+  forged.points_found = 300;
+  send("CAMERA_POSE", forged);
+  run(2);
+  const Eigen::Vector3d base_in_world(base_.world_from_base_position_m);
+  EXPECT_LT(base_in_world.norm(), 0.01);
+  const Pose<World, Cam> expected = robot_->world_from_map() * *read_pose(hint_);
+  EXPECT_LT((expected.translation() - robot_->world_from_cam({hint_.utime}).translation()).norm(),
+            0.01);
+  robot_->set_tracking(SimulatedRobot::Tracking::kGood);
+  run(5);
+  EXPECT_EQ(base_.state, +base_pose_t::STATE_MEASURED);
+  EXPECT_EQ(metric("base_has_left"), 0);
+}
+
+// A base that was moved by mistake for longer than a contender needs, and tracking that is lost
+// then: every other hint says where the camera is if the base stands where it stood for long.
+TEST_F(ProcessTest, HintsTellOfTheEarlierPlaceToo) {
+  start({});
+  run(12);
+  ASSERT_EQ(alignment_.state, +alignment_t::STATE_ALIGNED) << alignment_.reason;
+  robot_->set_tracking(SimulatedRobot::Tracking::kWrong);
+  run(1.8);
+  ASSERT_GT(Eigen::Vector3d(base_.world_from_base_position_m).norm(), 0.05);
+  robot_->set_tracking(SimulatedRobot::Tracking::kLost);
+  run(0.5);
+  int right = 0, wrong = 0;
+  for (int i = 0; i < 30; ++i) {
+    const int before = hints_;
+    run(1.0 / 30);
+    if (hints_ == before) continue;
+    const Pose<World, Cam> expected = robot_->world_from_map() * *read_pose(hint_);
+    const double off_m =
+        (expected.translation() - robot_->world_from_cam({hint_.utime}).translation()).norm();
+    ++(off_m < 0.01 ? right : wrong);
+  }
+  EXPECT_GE(right, 10);
+  EXPECT_GE(wrong, 10);
+}
+
 TEST_F(ProcessTest, LostTrackingIsDegraded) {
   start({});
   run(12);

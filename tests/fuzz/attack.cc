@@ -1,6 +1,7 @@
 #include "tests/fuzz/attack.h"
 
 #include <malloc.h>
+#include <unistd.h>
 
 #include <cstdio>
 
@@ -23,6 +24,15 @@ bool is_obeyed(const std::string& channel) {
 }
 
 double heap_mb() { return static_cast<double>(mallinfo2().uordblks) * 1e-6; }
+
+double rss_mb() {
+  long pages = 0, resident = 0;
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  if (file == nullptr) return 0;
+  const int read = std::fscanf(file, "%ld %ld", &pages, &resident);
+  std::fclose(file);
+  return read == 2 ? static_cast<double>(resident * sysconf(_SC_PAGESIZE)) * 1e-6 : 0;
+}
 
 const MessageSchema* schema_of(std::span<const uint8_t> bytes) {
   uint64_t fingerprint = 0;
@@ -93,14 +103,35 @@ void Attack::throw_one(Progress* progress) {
                 target.channel.c_str(), mutant.what.c_str());
   ++progress->thrown;
   progress->refused_at_the_border += mutant.must_be_refused ? 1 : 0;
-  const std::string only_for = options_.process == "all" ? "" : options_.process;
-  world.inject(world.now(), target.domain, target.channel, std::move(mutant.bytes), only_for);
+  Thrown thrown{world.now(),
+                target.domain,
+                target.channel,
+                options_.process == "all" ? "" : options_.process,
+                std::move(mutant.what),
+                std::move(mutant.bytes)};
+  if (options_.tape != nullptr) options_.tape->append(thrown);
+  world.inject(thrown.time, thrown.domain, thrown.channel, std::move(thrown.bytes),
+               thrown.only_for);
+}
+
+// Of those that were thrown before.
+void Attack::throw_due(size_t* next, Progress* progress) {
+  Simulation& world = arena_.world();
+  const std::vector<Thrown>& again = *options_.throw_again;
+  for (; *next < again.size() && again[*next].time <= world.now(); ++*next, ++progress->thrown) {
+    const Thrown& t = again[*next];
+    world.inject(t.time, t.domain, t.channel, t.bytes, t.only_for);
+  }
 }
 
 void Attack::throw_all(Progress* progress) {
   const auto bursts = static_cast<int64_t>(options_.duration_s / kBurst_s);
+  size_t next = 0;
   for (int64_t i = 0; i < bursts; ++i) {
-    while (progress->thrown < options_.mutants * (i + 1) / bursts) throw_one(progress);
+    if (options_.throw_again != nullptr) throw_due(&next, progress);
+    while (options_.throw_again == nullptr &&
+           progress->thrown < options_.mutants * (i + 1) / bursts)
+      throw_one(progress);
     arena_.run_for(kBurst_s);
   }
 }
@@ -132,16 +163,19 @@ std::string Attack::run(Progress* progress) {
   }
   choose_targets();
   const double before_mb = heap_mb();
+  progress->rss_before_mb = rss_mb();
   throw_all(progress);
   arena_.run_for(kRecovery_s);
   const std::string fault = judge_function();
   arena_.run_for(kHealthRecovery_s);
   const std::string health = judge_health();
   const double growth_mb = heap_mb() - before_mb;
+  progress->rss_after_mb = rss_mb();
   if (growth_mb > kMaxGrowth_mb) return "the heap grew by " + std::to_string(growth_mb) + " MB";
   if (options_.orders) return {};
-  if (!fault.empty()) return "two seconds after the last: " + fault;
-  return health.empty() ? "" : "eight seconds after the last: " + health;
+  const std::string later = health.empty() ? "" : "eight seconds after the last: " + health;
+  if (fault.empty()) return later;
+  return "two seconds after the last: " + fault + (later.empty() ? "" : "; " + later);
 }
 
 }  // namespace foresight::fuzz

@@ -7,8 +7,8 @@
 //   if (std::string fault = attack.run(&progress); !fault.empty()) …
 //
 // What is obeyed when it is valid (PENDANT, SLAM_COMMAND; ARM_ENCODERS: LCM authenticates nobody)
-// is left out unless `orders` says otherwise, and then only death and memory are judged. Health, which
-// tells of the last seconds, must be good again after eight.
+// is left out unless `orders` says otherwise, and then only death and memory are judged. Health,
+// which tells of the last seconds, must be good again after eight.
 #pragma once
 
 #include <cstdint>
@@ -21,6 +21,7 @@
 #include "common/simulation.h"
 #include "foresight/health_t.hpp"
 #include "tests/fuzz/mutator.h"
+#include "tests/fuzz/tape.h"
 
 namespace foresight::fuzz {
 
@@ -51,12 +52,15 @@ struct AttackOptions {
   std::string channel = {};  // only this one; empty: all inputs
   bool orders = false;
   double duration_s = 4;
+  Tape* tape = nullptr;                              // all that is thrown is written there
+  const std::vector<Thrown>* throw_again = nullptr;  // these, at their times, and no others
 };
 
 /// Where an attack is; plain data, so that it can lie in memory that outlives the process.
 struct Progress {
   int64_t thrown = 0, refused_at_the_border = 0;
-  char last[400] = "";  // the last mutant: channel and what was changed
+  double rss_before_mb = 0, rss_after_mb = 0;  // of the process that holds the arena
+  char last[400] = "";                         // the last mutant: channel and what was changed
 };
 
 class Attack {
@@ -83,6 +87,7 @@ class Attack {
   void choose_targets();
   void throw_all(Progress* progress);
   void throw_one(Progress* progress);
+  void throw_due(size_t* next, Progress* progress);
   const std::vector<uint8_t>& sample(const Target& target);
   std::string judge_function();
   std::string judge_health();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <string>
 #include <vector>
 
 #include "bench/evaluate/closed_loop.h"
@@ -27,8 +28,13 @@ class ClosedLoopArena : public Arena {
     Time instant;  // that was predicted
     Eigen::Vector3d camera_in_world;
   };
+  void learn_beliefs(const std::string& channel, std::span<const uint8_t> bytes);
+  std::string beliefs() const;
+
   ClosedLoop loop_;
   std::vector<Picture> pictures_;
+  std::map<std::string, std::string> beliefs_;  // at the robot's site, for who looks for the fault
+  std::vector<double> true_joints_rad_;
   std::map<Time, Eigen::Vector3d> truth_;  // the camera, in the last seconds
   bool is_aligned_ = false;
 };

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -15,6 +16,7 @@
 #include "common/errors.h"
 #include "tests/fuzz/closed_loop_arena.h"
 #include "tests/fuzz/robot_line.h"
+#include "tests/fuzz/shrinker.h"
 
 namespace {
 
@@ -25,17 +27,21 @@ using foresight::fuzz::AttackOptions;
 using foresight::fuzz::ClosedLoopArena;
 using foresight::fuzz::Progress;
 using foresight::fuzz::RobotLine;
+using foresight::fuzz::Tape;
+using foresight::fuzz::Thrown;
 
 constexpr unsigned kRoundLimit_s =
     3600;  // a round takes a minute; sanitized, on a busy machine: many
 constexpr size_t kMaxFault = 1000;
+constexpr size_t kTapeBytes = size_t{2} << 30;
 
 struct Arguments {
   AttackOptions attack;
   std::string arena = "loop";
   std::vector<std::string> processes;  // in turn
   double seconds = 60;
-  int64_t rounds = 0;  // 0: until the time is over
+  int64_t rounds = 0;   // 0: until the time is over
+  double shrink_s = 0;  // so long after a fault
 };
 
 struct Shared {
@@ -101,6 +107,55 @@ void print_fault(const std::string& arena, const AttackOptions& o, const Shared&
   std::fflush(stdout);
 }
 
+// Without its numbers, which change with what is thrown.
+std::string kind_of(std::string fault) {
+  fault = fault.substr(0, fault.find(" ("));  // nor what was believed
+  std::erase_if(fault, [](unsigned char c) { return std::isdigit(c) || c == '.' || c == '-'; });
+  return fault;
+}
+
+void print_thrown(const std::vector<Thrown>& all) {
+  std::printf("  %zu messages make it:\n", all.size());
+  for (const Thrown& t : all) {
+    std::printf("    %.3f s before the last: %s, %s: %s\n", (all.back().time - t.time).seconds(),
+                to_string(t.domain), t.channel.c_str(), t.what.c_str());
+  }
+  std::fflush(stdout);
+}
+
+// Throws ever fewer of the messages of a faulty round, as long as they make the same fault.
+void look_for_few(const std::string& arena, AttackOptions options, const std::string& fault,
+                  double for_s, Shared* shared) {
+  Tape tape(kTapeBytes);
+  options.tape = &tape;
+  if (kind_of(run_in_child(arena, options, shared)) != kind_of(fault)) {
+    std::printf("  the same round once more has no such fault: it cannot be made smaller\n");
+    return;
+  }
+  options.tape = nullptr;
+  const std::vector<Thrown> all = tape.read();
+  if (all.empty()) {
+    std::printf("  more was thrown than can be kept: it cannot be made smaller\n");
+    return;
+  }
+  std::vector<Thrown> some;
+  const auto choose = [&](const std::vector<size_t>& indices) {
+    some.clear();
+    for (const size_t i : indices) some.push_back(all[i]);
+  };
+  options.throw_again = &some;
+  const auto fails = [&](const std::vector<size_t>& indices) {
+    choose(indices);
+    const bool same = kind_of(run_in_child(arena, options, shared)) == kind_of(fault);
+    if (same) std::printf("  %zu still make it\n", indices.size());
+    std::fflush(stdout);
+    return same;
+  };
+  const double end_s = now_s() + for_s;
+  choose(foresight::fuzz::shrink(all.size(), fails, [end_s] { return now_s() > end_s; }));
+  print_thrown(some);
+}
+
 int run(Arguments arguments, Shared* shared) {
   const double begin_s = now_s();
   int64_t thrown = 0, refused = 0, faults = 0, round = 0;
@@ -112,13 +167,19 @@ int run(Arguments arguments, Shared* shared) {
     const std::string fault = run_in_child(arguments.arena, options, shared);
     thrown += shared->progress.thrown;
     refused += shared->progress.refused_at_the_border;
-    if (!fault.empty()) print_fault(arguments.arena, options, *shared, fault);
+    if (!fault.empty()) {
+      print_fault(arguments.arena, options, *shared, fault);
+      if (arguments.shrink_s > 0) {
+        look_for_few(arguments.arena, options, fault, arguments.shrink_s, shared);
+      }
+    }
     faults += fault.empty() ? 0 : 1;
     std::printf(
         "%.0f s: round %lld at %s: %lld thrown in all, of which %lld had to be refused at the "
-        "border\n",
+        "border; RSS %.0f MB before, %.0f after\n",
         now_s() - begin_s, static_cast<long long>(round + 1), options.process.c_str(),
-        static_cast<long long>(thrown), static_cast<long long>(refused));
+        static_cast<long long>(thrown), static_cast<long long>(refused),
+        shared->progress.rss_before_mb, shared->progress.rss_after_mb);
     std::fflush(stdout);
   }
   std::printf("message-fuzz: %lld faults in %lld rounds, %lld messages\n",
@@ -145,6 +206,9 @@ void declare_options(CLI::App& app, Arguments& a) {
   app.add_flag("--orders", a.attack.orders,
                "PENDANT, SLAM_COMMAND and ARM_ENCODERS too, which are obeyed: only death and "
                "memory are judged");
+  app.add_option("--shrink", a.shrink_s,
+                 "after a fault, look so many seconds for the few messages that make it")
+      ->check(CLI::PositiveNumber);
   app.add_option("--arena", a.arena,
                  "loop: the whole system; line: carver, mesher and calibrator, many times faster")
       ->check(CLI::IsMember({"loop", "line"}))
