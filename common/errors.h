@@ -10,6 +10,7 @@ namespace foresight {
 
 enum ExitCode : int {
   kExitDone = 0,          // done, or stopped by SIGINT/SIGTERM
+  kExitFault = 1,         // a test or a fuzzer found a fault
   kExitUsage = 64,        // command line
   kExitUnavailable = 69,  // bus, device or file that cannot be opened
   kExitBug = 70,          // broken invariant

@@ -2,17 +2,16 @@
 // to compare with, the forward kinematics of the same arm in the same run.
 //
 //   scripts/run controller-bench --arm deploy/arms/wam4.yaml
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
 #include <functional>
-#include <iostream>
 #include <random>
 #include <vector>
 
 #include "common/errors.h"
+#include "common/tool_main.h"
 #include "common/trapezoid.h"
 #include "procs/wam_controller/arm_controller.h"
 #include "procs/wam_controller/puck_codec.h"
@@ -142,19 +141,13 @@ int run(int argc, char** argv) {
   app.add_option("--count", count, "calls per round, of which there are nine")
       ->check(CLI::Range(100, 10'000'000))
       ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  for (const std::string& path : arms) Bench(load_arm_file(path), count).print();
-  return kExitDone;
+  return tool_main(app, argc, argv, [&] {
+    for (const std::string& path : arms) Bench(load_arm_file(path), count).print();
+    return kExitDone;
+  });
 }
 
 }  // namespace
 }  // namespace foresight
 
-int main(int argc, char** argv) {
-  try {
-    return foresight::run(argc, argv);
-  } catch (const foresight::StartupError& e) {
-    std::cerr << "controller-bench: " << e.what() << "\n";
-    return e.code();
-  }
-}
+int main(int argc, char** argv) { return foresight::run(argc, argv); }

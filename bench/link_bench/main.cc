@@ -3,15 +3,14 @@
 //
 //   scripts/run link --set to_operator_delay_s=0.15 --set to_operator_channels=LINK_BENCH &
 //   scripts/run link-bench --delay 0.15
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <iostream>
 
 #include "common/errors.h"
 #include "common/live_host.h"
 #include "common/node.h"
 #include "common/realtime.h"
+#include "common/tool_main.h"
 #include "foresight/image_t.hpp"
 
 namespace foresight {
@@ -100,25 +99,19 @@ int run(int argc, char** argv) {
   app.add_option("--bytes", o.bytes, "of each")
       ->check(CLI::Range(0, 10'000'000))
       ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  LiveHost host(o.robot_url, o.operator_url);
-  Bench bench(o, host);
-  if (!schedule_in_real_time(20)) {
-    std::fprintf(stderr,
-                 "link-bench: no right to real-time scheduling: its own delays count too\n");
-  }
-  host.run();
-  return bench.report();
+  return tool_main(app, argc, argv, [&] {
+    LiveHost host(o.robot_url, o.operator_url);
+    Bench bench(o, host);
+    if (!schedule_in_real_time(20)) {
+      std::fprintf(stderr,
+                   "link-bench: no right to real-time scheduling: its own delays count too\n");
+    }
+    host.run();
+    return bench.report();
+  });
 }
 
 }  // namespace
 }  // namespace foresight
 
-int main(int argc, char** argv) {
-  try {
-    return foresight::run(argc, argv);
-  } catch (const foresight::StartupError& e) {
-    std::cerr << "link-bench: " << e.what() << "\n";
-    return e.code();
-  }
-}
+int main(int argc, char** argv) { return foresight::run(argc, argv); }

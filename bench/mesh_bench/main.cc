@@ -2,7 +2,6 @@
 // a path through it. Prints ms per phase; compare ratios within one run.
 //
 //   mesh-bench [--points 10000] [--repeats 5] [--lambda 0.005]
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "common/tool_main.h"
 #include "procs/mesher/mesher.h"
 #include "tests/mesher/delaunay_carving.h"
 
@@ -95,17 +95,19 @@ void measure(const CarvingDelta& snapshot, double lambda, int32_t repeats) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("Times the mesher on a synthetic room.");
+  CLI::App app("Times the mesher on a synthetic room.", "mesh-bench");
   app.add_option("--points", options.points, "map points")->check(CLI::Range(10, 1000000));
   app.add_option("--repeats", options.repeats, "runs per line")->check(CLI::Range(1, 1000));
   app.add_option("--outliers", options.outliers, "share of points")->check(CLI::Range(0.0, 1.0));
   app.add_option("--lambda", options.lambdas, "relative weights of the area");
-  CLI11_PARSE(app, argc, argv);
-  const CarvingDelta snapshot = make_room(options);
-  std::printf("%d points, %zu cells; CPU times in ms, medians of %d\n", options.points,
-              snapshot.cells_added.size(), options.repeats);
-  std::printf(
-      " lambda    apply   update  extract build+cut carved in    carved  at once triangles"
-      "  splits  edges\n");
-  for (const double lambda : options.lambdas) measure(snapshot, lambda, options.repeats);
+  return tool_main(app, argc, argv, [&] {
+    const CarvingDelta snapshot = make_room(options);
+    std::printf("%d points, %zu cells; CPU times in ms, medians of %d\n", options.points,
+                snapshot.cells_added.size(), options.repeats);
+    std::printf(
+        " lambda    apply   update  extract build+cut carved in    carved  at once triangles"
+        "  splits  edges\n");
+    for (const double lambda : options.lambdas) measure(snapshot, lambda, options.repeats);
+    return kExitDone;
+  });
 }

@@ -3,7 +3,6 @@
 // 0.4 rad.
 //
 //   scripts/run sim-bench --arm deploy/arms/wam7.yaml --pictures out/pictures
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "common/errors.h"
+#include "common/tool_main.h"
 #include "sim/robot/camera_rig.h"
 #include "sim/robot/robot.h"
 #include "sim/sequence.h"
@@ -41,8 +41,8 @@ void time_ticks(const ArmModel& arm) {
 void time_frames(const ArmModel& arm, int width_px, Antialiasing antialiasing, const char* name) {
   constexpr int kCount = 20;
   CameraRig rig(open_scene(SimParams{}), {.camera = {.model = sequence_camera(width_px, false),
-                                                  .noise_levels = 1.5,
-                                                  .antialiasing = antialiasing}});
+                                                     .noise_levels = 1.5,
+                                                     .antialiasing = antialiasing}});
   const Robot robot(arm, {}, Time{0});
   const std::vector<Pose<World, Cam>> poses{robot.truth_at(Time{0}).world_from_cam};
   const auto begin = std::clock();
@@ -92,11 +92,6 @@ int main(int argc, char** argv) {
   CLI::App app("Times the simulated arm and camera, one thread each.", "sim-bench");
   app.add_option("--arm", arm_file, "description of the arm")->capture_default_str();
   app.add_option("--pictures", pictures, "folder for pictures of home and each joint turned");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    return foresight::sim::run(arm_file, pictures);
-  } catch (const foresight::StartupError& error) {
-    std::fprintf(stderr, "sim-bench: %s\n", error.what());
-    return error.code();
-  }
+  return foresight::tool_main(app, argc, argv,
+                              [&] { return foresight::sim::run(arm_file, pictures); });
 }

@@ -4,12 +4,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <exception>
 #include <string>
 
+#include "common/tool_main.h"
 #include "tests/fuzz/episode.h"
 
 namespace {
@@ -148,11 +148,24 @@ bool run_in_child(const Arguments& arguments, Position* at) {
   return false;
 }
 
+int fuzz(const Arguments& arguments) {
+  void* shared =
+      mmap(nullptr, sizeof(Position), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (shared == MAP_FAILED) throw foresight::UnavailableError("no memory to share with a child");
+  auto* at = new (shared) Position{};
+  std::printf("model-fuzz: seed %llu\n", static_cast<unsigned long long>(arguments.seed));
+  std::fflush(stdout);
+  if (!run_in_child(arguments, at)) return foresight::kExitFault;
+  std::printf("model-fuzz: no fault in %lld steps\n", static_cast<long long>(at->steps));
+  return foresight::kExitDone;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app{"Fuzzes carving and meshing: exit code 1, and how to see it again, on a fault"};
+  CLI::App app("Fuzzes carving and meshing: exit code 1, and how to see it again, on a fault",
+               "model-fuzz");
   app.add_option("--seed", arguments.seed, "of the first episode; decides all that follow")
       ->capture_default_str();
   app.add_option("--seconds", arguments.seconds, "how long")
@@ -160,17 +173,5 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--steps", arguments.steps, "stop after this many steps, however long it takes")
       ->check(CLI::PositiveNumber);
-  CLI11_PARSE(app, argc, argv);
-  void* shared =
-      mmap(nullptr, sizeof(Position), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (shared == MAP_FAILED) {
-    std::perror("model-fuzz: mmap");
-    return 71;
-  }
-  auto* at = new (shared) Position{};
-  std::printf("model-fuzz: seed %llu\n", static_cast<unsigned long long>(arguments.seed));
-  std::fflush(stdout);
-  if (!run_in_child(arguments, at)) return 1;
-  std::printf("model-fuzz: no fault in %lld steps\n", static_cast<long long>(at->steps));
-  return 0;
+  return foresight::tool_main(app, argc, argv, [&] { return fuzz(arguments); });
 }

@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cctype>
 #include <chrono>
 #include <cstdio>
@@ -14,6 +13,7 @@
 #include <string>
 
 #include "common/errors.h"
+#include "common/tool_main.h"
 #include "tests/fuzz/closed_loop_arena.h"
 #include "tests/fuzz/robot_line.h"
 #include "tests/fuzz/shrinker.h"
@@ -219,21 +219,20 @@ void declare_options(CLI::App& app, Arguments& a) {
 
 int main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app{
+  CLI::App app(
       "Throws absurd messages at the running system: exit code 1, and how to see it again, on a "
-      "fault"};
+      "fault",
+      "message-fuzz");
   declare_options(app, arguments);
-  CLI11_PARSE(app, argc, argv);
-  if (arguments.processes.empty()) {
-    arguments.processes = arguments.arena == "line"
-                              ? std::vector<std::string>{"carver", "mesher", "calibrator", "all"}
-                              : ClosedLoop::processes();
-  }
-  void* memory =
-      mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) {
-    std::perror("message-fuzz: mmap");
-    return 71;
-  }
-  return run(arguments, new (memory) Shared{});
+  return tool_main(app, argc, argv, [&] {
+    if (arguments.processes.empty()) {
+      arguments.processes = arguments.arena == "line"
+                                ? std::vector<std::string>{"carver", "mesher", "calibrator", "all"}
+                                : ClosedLoop::processes();
+    }
+    void* memory =
+        mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw UnavailableError("no memory to share with a child");
+    return run(arguments, new (memory) Shared{});
+  });
 }
