@@ -224,7 +224,7 @@ int main(int argc, char** argv) {
       "fault",
       "message-fuzz");
   declare_options(app, arguments);
-  return tool_main(app, argc, argv, [&] {
+  return foresight::tool_main(app, argc, argv, [&] {
     if (arguments.processes.empty()) {
       arguments.processes = arguments.arena == "line"
                                 ? std::vector<std::string>{"carver", "mesher", "calibrator", "all"}
@@ -232,7 +232,7 @@ int main(int argc, char** argv) {
     }
     void* memory =
         mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED) throw UnavailableError("no memory to share with a child");
+    if (memory == MAP_FAILED) throw foresight::UnavailableError("no memory to share with a child");
     return run(arguments, new (memory) Shared{});
   });
 }
