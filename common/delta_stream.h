@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/fnv.h"
 #include "common/messages.h"
 #include "common/node.h"
 #include "common/snapshot_requester.h"
@@ -317,9 +318,9 @@ class DeltaReceiver {
     return message.header.is_snapshot != 0 ? Received::kSnapshot : Received::kDelta;
   }
   static uint64_t print_of(const Message& message) {
-    uint64_t hash = 1469598103934665603u;
-    for (const uint8_t byte : encode(message)) hash = (hash ^ byte) * 1099511628211u;
-    return hash;
+    Fnv1a hash;
+    hash.add(encode(message));
+    return hash.value();
   }
 
   std::optional<Present> present_;

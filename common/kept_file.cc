@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/errors.h"
+#include "common/fnv.h"
 #include "common/output_file.h"
 
 namespace foresight {
@@ -24,18 +25,16 @@ struct Content {
   std::string text;
 };
 
-uint64_t fnv1a(std::string_view text) {
-  uint64_t hash = 1469598103934665603u;
-  for (const char c : text) hash = (hash ^ static_cast<uint8_t>(c)) * 1099511628211u;
-  return hash;
+uint64_t hash_of(const std::string& text) {
+  Fnv1a hash;
+  hash.add(text);
+  return hash.value();
 }
 
 std::string to_text(const Content& c) {
   std::ostringstream body;
-  body << "boot " << c.run.boot << "\nparent " << c.run.parent_pid << " " << c.run.parent_start
-       << "\nreads " << c.reads << "\n"
-       << c.text;
-  return std::string(kHeader) + "\nhash " + std::to_string(fnv1a(body.str())) + "\n" + body.str();
+  body << c.run << "reads " << c.reads << "\n" << c.text;
+  return std::string(kHeader) + "\nhash " + std::to_string(hash_of(body.str())) + "\n" + body.str();
 }
 
 // Nothing unless every byte is as it was written.
@@ -45,8 +44,7 @@ std::optional<Content> parse(const std::string& file) {
   uint64_t hash = 0;  // compared with the rest of the text
   Content c;
   if (!std::getline(in, header)) return std::nullopt;
-  in >> word >> hash >> word >> c.run.boot >> word >> c.run.parent_pid >> c.run.parent_start >>
-      word >> c.reads;
+  in >> word >> hash >> c.run >> word >> c.reads;
   if (!in || in.get() != '\n') return std::nullopt;
   c.text.assign(std::istreambuf_iterator<char>(in), {});
   if (to_text(c) != file) return std::nullopt;  // the hash is part of it

@@ -41,6 +41,16 @@ RunIdentity this_run() {
   return {this_boot(), parent_pid, start_of(parent_pid)};
 }
 
+std::ostream& operator<<(std::ostream& out, const RunIdentity& run) {
+  return out << "boot " << run.boot << "\nparent " << run.parent_pid << " " << run.parent_start
+             << "\n";
+}
+
+std::istream& operator>>(std::istream& in, RunIdentity& run) {
+  std::string word;
+  return in >> word >> run.boot >> word >> run.parent_pid >> run.parent_start;
+}
+
 bool goes_on(const RunIdentity& run) {
   return run.boot == this_boot() && run.parent_start == start_of(run.parent_pid);
 }

@@ -4,6 +4,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <iosfwd>
 #include <string>
 
 namespace foresight {
@@ -16,6 +17,9 @@ struct RunIdentity {
   auto operator<=>(const RunIdentity&) const = default;
 };
 RunIdentity this_run();
+/// As two lines of text: "boot …", "parent PID START".
+std::ostream& operator<<(std::ostream& out, const RunIdentity& run);
+std::istream& operator>>(std::istream& in, RunIdentity& run);
 
 /// Whether the process that started the processes of `run` is still there.
 bool goes_on(const RunIdentity& run);

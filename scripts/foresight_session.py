@@ -6,6 +6,7 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
 
 from foresight_cli import Failure, one_line, uninterrupted
 from foresight_paths import ROOT
@@ -38,6 +39,16 @@ def run_child(command, **options):
             raise
     if child.returncode != 0:
         raise subprocess.CalledProcessError(child.returncode, command, output, complaint)
+
+
+def enter_own_network(mark, *targets):
+    """Builds these and begins this script anew in a network of its own, unless the environment
+    variable `mark` says that it is there."""
+    if mark in os.environ:
+        return
+    subprocess.run([ROOT / "scripts" / "build", *targets], check=True)
+    private_network = ROOT / "scripts" / "private_network"
+    os.execve(private_network, [private_network, *sys.argv], os.environ | {mark: "1"})
 
 
 def refuse_if_up(site):

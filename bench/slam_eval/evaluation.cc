@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
@@ -13,6 +12,7 @@
 #include "bench/slam_eval/score.h"
 #include "common/cpu_time.h"
 #include "common/errors.h"
+#include "common/fnv.h"
 #include "common/output_file.h"
 #include "common/peak_memory.h"
 #include "procs/slam/map_folder.h"
@@ -20,41 +20,27 @@
 namespace foresight {
 namespace {
 
-// FNV-1a over the bytes of plain values.
-class Hasher {
- public:
-  template <class T>
-  void add(const T& value) {
-    unsigned char bytes[sizeof(T)];
-    std::memcpy(bytes, &value, sizeof(T));
-    for (const unsigned char b : bytes) value_ = (value_ ^ b) * 1099511628211ull;
-  }
-  void add(const Pose<Map, Cam>& pose) {
-    for (const double x : pose.rotation().coeffs()) add(x);
-    for (const double x : pose.translation()) add(x);
-  }
-  uint64_t value() const { return value_; }
-
- private:
-  uint64_t value_ = 14695981039346656037ull;
-};
+void add_pose(const Pose<Map, Cam>& pose, Fnv1a* hash) {
+  for (const double x : pose.rotation().coeffs()) hash->add_value(x);
+  for (const double x : pose.translation()) hash->add_value(x);
+}
 
 uint64_t hash_of(const std::vector<Answer>& answers, const MapDelta& snapshot) {
-  Hasher hasher;
+  Fnv1a hash;
   for (const Answer& a : answers) {
-    hasher.add(static_cast<int>(a.state));
-    hasher.add(a.map_from_cam);
+    hash.add_value(static_cast<int>(a.state));
+    add_pose(a.map_from_cam, &hash);
   }
-  for (const MapKeyframe& k : snapshot.keyframes_set) hasher.add(k.map_from_cam);
+  for (const MapKeyframe& k : snapshot.keyframes_set) add_pose(k.map_from_cam, &hash);
   for (const MapPoint& p : snapshot.points_set) {
-    hasher.add(p.id);
-    for (const float x : p.position_in_map) hasher.add(x);
+    hash.add_value(p.id);
+    for (const float x : p.position_in_map) hash.add_value(x);
   }
   for (const MapObservation& o : snapshot.observations_added) {
-    hasher.add(o.keyframe_id);
-    hasher.add(o.point_id);
+    hash.add_value(o.keyframe_id);
+    hash.add_value(o.point_id);
   }
-  return hasher.value();
+  return hash.value();
 }
 
 void print_frame(const Answer& a, const TrackingResult& r, double ms) {

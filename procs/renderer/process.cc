@@ -1,11 +1,10 @@
 #include "procs/renderer/process.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdlib>
-#include <span>
 #include <utility>
 
+#include "common/fnv.h"
 #include "common/image_codec.h"
 #include "common/messages.h"
 #include "common/robot_messages.h"
@@ -43,19 +42,14 @@ ProcessState state_of(DisplayState state) {
   return ProcessState::kFailed;
 }
 
-// FNV-1a: tells what was forged by accident from what was sent; no protection from malice.
+// Tells what was forged by accident from what was sent.
 uint64_t digest_of(const Mesh& mesh) {
-  uint64_t digest = 0xcbf29ce484222325;
-  const auto add = [&digest](const auto& elements) {
-    for (const std::byte b : std::as_bytes(std::span(elements))) {
-      digest = (digest ^ static_cast<uint64_t>(b)) * 0x100000001b3;
-    }
-  };
-  add(mesh.vertices_in_map);
-  add(mesh.triangles);
-  add(mesh.vertex_ids);
-  add(mesh.confidences);
-  return digest;
+  Fnv1a hash;
+  hash.add(mesh.vertices_in_map);
+  hash.add(mesh.triangles);
+  hash.add(mesh.vertex_ids);
+  hash.add(mesh.confidences);
+  return hash.value();
 }
 
 }  // namespace

@@ -34,8 +34,7 @@ std::optional<RunFile> read_run_file(const fs::path& folder) {
   std::string header, word;
   RunFile r;
   if (!std::getline(file, header) || header != kRunHeader) return std::nullopt;
-  file >> word >> r.run.boot >> word >> r.run.parent_pid >> r.run.parent_start >> word >>
-      r.mark.epoch >> word >> r.mark.image.us >> word >> r.mark.loads;
+  file >> r.run >> word >> r.mark.epoch >> word >> r.mark.image.us >> word >> r.mark.loads;
   if (!file) return std::nullopt;
   return r;
 }
@@ -43,9 +42,9 @@ std::optional<RunFile> read_run_file(const fs::path& folder) {
 void write_run_file(const fs::path& folder, const RunFile& r) {
   const fs::path part = folder / kUnfinishedRunFile;
   std::ofstream file(part);
-  file << kRunHeader << "\nboot " << r.run.boot << "\nparent " << r.run.parent_pid << " "
-       << r.run.parent_start << "\nepoch " << r.mark.epoch << "\nimage " << r.mark.image.us
-       << "\nloads " << r.mark.loads << "\n";
+  file << kRunHeader << "\n"
+       << r.run << "epoch " << r.mark.epoch << "\nimage " << r.mark.image.us << "\nloads "
+       << r.mark.loads << "\n";
   file.close();
   std::error_code error;
   if (file) fs::rename(part, folder / kRunFile, error);

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "common/errors.h"
+#include "common/message_text.h"
 
 namespace foresight::fuzz {
 namespace {
@@ -32,15 +33,6 @@ double rss_mb() {
   const int read = std::fscanf(file, "%ld %ld", &pages, &resident);
   std::fclose(file);
   return read == 2 ? static_cast<double>(resident * sysconf(_SC_PAGESIZE)) * 1e-6 : 0;
-}
-
-const MessageSchema* schema_of(std::span<const uint8_t> bytes) {
-  uint64_t fingerprint = 0;
-  for (size_t i = 0; i < 8; ++i) fingerprint = fingerprint << 8 | bytes[i];
-  for (const MessageSchema* schema : all_schemas()) {
-    if (schema->fingerprint() == static_cast<int64_t>(fingerprint)) return schema;
-  }
-  return nullptr;
 }
 
 }  // namespace
@@ -78,7 +70,7 @@ void Attack::choose_targets() {
       if (!options_.channel.empty() && options_.channel != spec.channel) continue;
       const MessageSchema* schema = find_schema(port.type);
       const Seen& seen = seen_[{spec.domain, spec.channel}];
-      if (schema == nullptr && !seen.newest.empty()) schema = schema_of(seen.newest.front());
+      if (schema == nullptr && !seen.newest.empty()) schema = identify_message(seen.newest.front());
       if (schema != nullptr) targets_.push_back({spec.domain, spec.channel, schema});
     }
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "common/byte_order.h"
+
 namespace foresight::fuzz {
 namespace {
 
@@ -66,26 +68,21 @@ class Reader {
     return {begin, begin + static_cast<std::ptrdiff_t>(count)};
   }
   uint64_t number(size_t size) {
-    uint64_t v = 0;
-    for (size_t i = 0; i < size; ++i) v = v << 8 | bytes_[position_++];
-    return v;
+    position_ += size;
+    return read_big_endian(&bytes_[position_ - size], size);
   }
 
   std::span<const uint8_t> bytes_;
   size_t position_ = 8;
 };
 
-void put(uint64_t value, size_t size, std::vector<uint8_t>* out) {
-  for (size_t i = size; i > 0; --i) out->push_back(static_cast<uint8_t>(value >> (8 * (i - 1))));
-}
-
 void write(const MessageSchema& schema, const Record& record, std::vector<uint8_t>* out) {
   for (size_t f = 0; f < schema.fields.size(); ++f) {
     const FieldSchema& field = schema.fields[f];
     const Column& column = record.columns[f];
-    for (const uint64_t n : column.numbers) put(n, bytes_of(field.kind), out);
+    for (const uint64_t n : column.numbers) append_big_endian(out, n, bytes_of(field.kind));
     for (const std::string& s : column.strings) {
-      put(s.size() + 1, 4, out);
+      append_big_endian(out, s.size() + 1, 4);
       out->insert(out->end(), s.begin(), s.end());
       out->push_back(0);
     }
@@ -138,7 +135,7 @@ Record read_record(const MessageSchema& schema, std::span<const uint8_t> bytes) 
 
 std::vector<uint8_t> write_record(const MessageSchema& schema, const Record& record) {
   std::vector<uint8_t> out;
-  put(static_cast<uint64_t>(schema.fingerprint()), 8, &out);
+  append_big_endian(&out, static_cast<uint64_t>(schema.fingerprint()), 8);
   write(schema, record, &out);
   return out;
 }

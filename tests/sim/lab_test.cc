@@ -5,8 +5,10 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <span>
 
 #include "common/errors.h"
+#include "common/fnv.h"
 #include "sim/ray_camera.h"
 #include "sim/sequence.h"
 #include "sim/trajectory.h"
@@ -20,23 +22,15 @@ const Scene& lab() {
 }
 
 uint64_t hash(const Scene& scene) {
-  uint64_t sum = 14695981039346656037u;
-  const auto mix = [&sum](const void* data, size_t size) {
-    const auto* bytes = static_cast<const uint8_t*>(data);
-    for (size_t i = 0; i < size; ++i) sum = (sum ^ bytes[i]) * 1099511628211u;
-  };
+  Fnv1a hash;
   for (const Vertex& v : scene.vertices) {
-    mix(v.point_in_world.data(), sizeof(float) * 3);
-    mix(v.texture_uv.data(), sizeof(float) * 2);
+    hash.add(std::span(v.point_in_world.data(), 3));
+    hash.add(std::span(v.texture_uv.data(), 2));
   }
-  for (const Triangle& t : scene.triangles) mix(t.vertices.data(), sizeof(t.vertices));
-  for (const Texture& t : scene.textures) {
-    mix(t.levels[0].texels.data(), t.levels[0].texels.size() * sizeof(uint32_t));
-  }
-  for (const Surface& s : scene.surfaces) {
-    mix(s.light.texels.data(), s.light.texels.size() * sizeof(uint32_t));
-  }
-  return sum;
+  for (const Triangle& t : scene.triangles) hash.add(t.vertices);
+  for (const Texture& t : scene.textures) hash.add(t.levels[0].texels);
+  for (const Surface& s : scene.surfaces) hash.add(s.light.texels);
+  return hash.value();
 }
 
 TEST(Lab, IsTheSameForTheSameSeed) {

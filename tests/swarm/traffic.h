@@ -5,18 +5,22 @@
 #include <map>
 #include <string>
 
+#include "common/fnv.h"
 #include "common/simulation.h"
 
 namespace foresight {
 
 struct Traffic {
   std::map<std::string, int> counts;
-  uint64_t hash = 1469598103934665603ull;
+  Fnv1a bytes_and_times;
+  uint64_t hash = 0;  // of all so far
 
   void add(Time time, Domain domain, const std::string& channel, std::span<const uint8_t> bytes) {
     ++counts[channel];
-    hash ^= static_cast<uint64_t>(time.us) * 2 + (domain == Domain::kRobot ? 0 : 1);
-    for (uint8_t b : bytes) hash = (hash ^ b) * 1099511628211ull;
+    bytes_and_times.add_value(time.us);
+    bytes_and_times.add_value(domain);
+    bytes_and_times.add(bytes);
+    hash = bytes_and_times.value();
   }
 };
 
