@@ -14,7 +14,8 @@
 
 namespace foresight {
 
-/// Answers requests for `channel` by `send`, at once but at most once a second, however many ask.
+/// Answers requests for `channel` by `send`, at once but at most once in
+/// kSnapshotInterval, however many ask.
 class SnapshotResponder {
  public:
   SnapshotResponder(Node& node, const std::string& channel, const char* doc,

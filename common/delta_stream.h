@@ -22,6 +22,7 @@
 #include "common/fnv.h"
 #include "common/messages.h"
 #include "common/node.h"
+#include "common/snapshot_gate.h"
 #include "common/snapshot_requester.h"
 
 namespace foresight {
@@ -139,14 +140,13 @@ class DeltaAssembler {
 // coming wins (docs/decisions/0008). A message that does not go on the present stream (another
 // epoch or session, or an unexpected number) raises a doubt: the receiver goes on as it was, holds
 // what the other stream sends and asks for a snapshot. Whoever sends the present stream answers at
-// once, or, when he has answered somebody within the last second, at its end (SnapshotGate). If he
-// is not heard until then, the other stream takes over, with all that it has sent meanwhile. The
+// once, or, when he has answered somebody just before, kSnapshotInterval after that. If he is not
+// heard until then, the other stream takes over, with all that it has sent meanwhile. The
 // first stream of all is taken at once, and so is the snapshot that fills a gap in the present one.
 template <class Message, class Delta>
 class DeltaReceiver {
  public:
-  static constexpr Duration kAnswer = milliseconds(500);  // so long may the sender take to answer
-  static constexpr Duration kGate = seconds(1);           // and so long does his gate stay shut
+  static constexpr Duration kAnswer = milliseconds(250);  // so long may the sender take to answer
   static constexpr size_t kMaxHeld = 200;                 // deltas of another stream
 
   [[nodiscard]] Received receive(const Message& message, Time now) {
@@ -164,7 +164,7 @@ class DeltaReceiver {
   }
   std::optional<Time> deadline() const {
     if (!contender_ || contender_->held.empty()) return std::nullopt;
-    return std::max(contender_->since, present_->answered + kGate) + kAnswer;
+    return std::max(contender_->since, present_->answered + kSnapshotInterval) + kAnswer;
   }
   /// What is to be applied now, in order; empty after most messages.
   std::vector<DeltaStep<Delta>> take() { return std::exchange(steps_, {}); }

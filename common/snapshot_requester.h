@@ -4,12 +4,13 @@
 #include <string>
 
 #include "common/node.h"
+#include "common/snapshot_gate.h"
 #include "foresight/snapshot_request_t.hpp"
 
 namespace foresight {
 
-/// Asks for a snapshot of `channel`, as soon as the process runs and then every second until
-/// satisfied; later at once when something is missing.
+/// Asks for a snapshot of `channel`, as soon as the process runs and then every half second
+/// until satisfied; later at once when something is missing.
 class SnapshotRequester {
  public:
   SnapshotRequester(Node& node, const std::string& channel, Domain domain)
@@ -23,7 +24,7 @@ class SnapshotRequester {
       if (wanted_) publish();
     };
     node.at(node.now(), ask);
-    node.every(seconds(1), "request " + channel, ask);
+    node.every(kSnapshotInterval, "request " + channel, ask);
   }
   void want() {
     if (!wanted_) publish();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/snapshot_gate.h"
 #include "procs/renderer/view_store.h"
 
 namespace foresight {
@@ -12,7 +13,8 @@ namespace {
 constexpr double kJump = 1;  // of pose_distance() between two images: nobody moves a camera so fast
 constexpr Duration kSoon = milliseconds(500);
 constexpr int32_t kVersionsLost = 1000;
-constexpr Duration kConfirmAfter = milliseconds(1200);
+// The answer may wait for an interval, and what was forged beside it has gone by then.
+constexpr Duration kConfirmAfter = kSnapshotInterval + milliseconds(200);
 
 }  // namespace
 

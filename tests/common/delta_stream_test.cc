@@ -89,6 +89,9 @@ class DeltaStream : public testing::Test {
 
 using enum Received;
 
+// The sender has just answered somebody, so he may answer at the end of the interval.
+constexpr Duration kLongestDoubt = kSnapshotInterval + Receiver::kAnswer;
+
 TEST_F(DeltaStream, FollowsFromTheBeginning) {
   Receiver receiver;
   for (int i = 0; i < 3; ++i) sender_->send(7);
@@ -131,7 +134,7 @@ TEST_F(DeltaStream, DuplicatesAndSnapshotsForOthersAreIgnored) {
   EXPECT_EQ(ids(state_), ids(sender_->state()));
 }
 
-TEST_F(DeltaStream, ANewEpochIsTakenHalfASecondAfterTheOldOneDidNotAnswer) {
+TEST_F(DeltaStream, ANewEpochIsTakenAQuarterOfASecondAfterTheOldOneDidNotAnswer) {
   Receiver receiver;
   sender_->send(7);
   feed(&receiver);
@@ -140,8 +143,8 @@ TEST_F(DeltaStream, ANewEpochIsTakenHalfASecondAfterTheOldOneDidNotAnswer) {
   sender_->send(8);
   EXPECT_EQ(feed(&receiver), (std::vector{kHeld, kHeld}));
   EXPECT_TRUE(receiver.wants_snapshot());
-  EXPECT_EQ(receiver.deadline(), world_.now() + milliseconds(500));
-  wait(milliseconds(499));
+  EXPECT_EQ(receiver.deadline(), world_.now() + milliseconds(250));
+  wait(milliseconds(249));
   receiver.settle(world_.now());
   EXPECT_EQ(receiver.epoch(), 7);
   wait(milliseconds(1));
@@ -164,7 +167,7 @@ TEST_F(DeltaStream, AReceiverThatMissedTheNewEpochNotices) {
   EXPECT_TRUE(receiver.wants_snapshot());
   sender_->send_snapshot();
   EXPECT_EQ(feed(&receiver), (std::vector{kHeld}));
-  wait(seconds(1.5));
+  wait(kLongestDoubt);
   receiver.settle(world_.now());
   apply(&receiver);
   EXPECT_EQ(ids(state_), ids(sender_->state()));
@@ -201,10 +204,10 @@ TEST_F(DeltaStream, AForgedEpochChangesNothingWhileTheStreamKeepsComing) {
     if (i % 3 == 0) sent_.erase(sent_.begin());
     feed(&receiver);
     EXPECT_TRUE(receiver.wants_snapshot());
-    wait(milliseconds(100));
+    wait(milliseconds(50));
     receiver.settle(world_.now());
     apply(&receiver);
-    // Its sender answers once a second, and has something new now and then.
+    // Its sender answers twice a second, and has something new now and then.
     if (i % 10 == 0) sender_->send_snapshot();
     if (i % 7 == 0) sender_->send(7);
     feed(&receiver);
@@ -230,7 +233,7 @@ TEST_F(DeltaStream, AForgedStreamThatTookOverLosesToTheOneThatKeepsComing) {
   EXPECT_TRUE(receiver.wants_snapshot());
   sender_->send_snapshot();
   feed(&receiver);
-  wait(seconds(1.5));
+  wait(kLongestDoubt);
   receiver.settle(world_.now());
   apply(&receiver);
   EXPECT_EQ(receiver.epoch(), 7);
@@ -374,7 +377,7 @@ TEST_F(DeltaStream, EndsUpRightAfterRandomLosses) {
   sent_.clear();
   sender_->send_snapshot();
   feed(&receiver);
-  wait(seconds(1.5));
+  wait(kLongestDoubt);
   receiver.settle(world_.now());
   apply(&receiver);
   EXPECT_EQ(ids(state_), ids(sender_->state()));
@@ -386,7 +389,7 @@ class Asker : public Process {
   SnapshotRequester requester;
 };
 
-TEST(SnapshotRequester, AsksEverySecondUntilSatisfied) {
+TEST(SnapshotRequester, AsksEveryHalfSecondUntilSatisfied) {
   Simulation world(Time{0});
   int requests = 0;
   world.set_tap([&](Time, Domain, const std::string& channel, auto) {
@@ -397,7 +400,7 @@ TEST(SnapshotRequester, AsksEverySecondUntilSatisfied) {
   EXPECT_EQ(requests, 0) << "not before it runs";
   world.run_until(Time{1'000});
   EXPECT_EQ(requests, 1) << "a receiver starts late and asks by itself, at once";
-  world.run_until(Time{2'500'000});
+  world.run_until(Time{1'250'000});
   EXPECT_EQ(requests, 3);
   asker.requester.satisfied();
   world.run_until(Time{6'000'000});
@@ -405,7 +408,7 @@ TEST(SnapshotRequester, AsksEverySecondUntilSatisfied) {
   asker.requester.want();
   asker.requester.want();
   EXPECT_EQ(requests, 4) << "at once, but once";
-  world.run_until(Time{7'500'000});
+  world.run_until(Time{6'750'000});
   EXPECT_EQ(requests, 5);
 }
 
@@ -416,7 +419,7 @@ class Responder : public Process {
   SnapshotResponder responder;
 };
 
-TEST(SnapshotResponder, AFloodOfRequestsIsAnsweredOnceASecond) {
+TEST(SnapshotResponder, AFloodOfRequestsIsAnsweredTwiceASecond) {
   Simulation world(Time{0});
   auto& responder = static_cast<Responder&>(
       world.add("responder", {}, [](Node& node) { return std::make_unique<Responder>(node); }));
@@ -428,9 +431,9 @@ TEST(SnapshotResponder, AFloodOfRequestsIsAnsweredOnceASecond) {
   world.run_until(Time{0});
   EXPECT_EQ(responder.answers, 1) << "at once";
   world.run_until(Time{3'999'999});
-  EXPECT_EQ(responder.answers, 4);
+  EXPECT_EQ(responder.answers, 8);
   world.run_until(Time{10'000'000});
-  EXPECT_EQ(responder.answers, 5) << "who asked last is served too";
+  EXPECT_EQ(responder.answers, 9) << "who asked last is served too";
 }
 
 }  // namespace
