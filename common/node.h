@@ -26,6 +26,7 @@
 
 #include "common/errors.h"
 #include "common/host.h"
+#include "common/message_bytes.h"
 #include "common/message_check.h"
 #include "common/stamp_gate.h"
 #include "common/stream_losses.h"
@@ -211,13 +212,6 @@ class Process {
   /// Called once before the first handler; throws StartupError.
   virtual void start() {}
 };
-
-template <class Message>
-std::vector<uint8_t> encode(const Message& message) {
-  std::vector<uint8_t> bytes(message.getEncodedSize());
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
 
 template <class Message>
 void Publisher<Message>::publish(const Message& message) const {

@@ -10,6 +10,7 @@
 #include "bench/evaluate/truth_track.h"
 #include "common/image_codec.h"
 #include "common/lcm_log.h"
+#include "common/message_bytes.h"
 #include "common/messages.h"
 #include "common/robot_messages.h"
 #include "foresight/controller_state_t.hpp"
@@ -20,13 +21,6 @@ namespace {
 
 constexpr Duration kSettling = seconds(2);
 constexpr double kDegrees = 180 / 3.14159265358979323846;
-
-template <class Message>
-Message decode(std::span<const uint8_t> bytes) {
-  Message message;
-  message.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return message;
-}
 
 double yaw_deg(const Pose<World, Base>& pose) {
   const Eigen::Vector3d x = pose.rotation() * Eigen::Vector3d::UnitX();
@@ -40,9 +34,9 @@ struct Pending {
   ShownVideo shown;
 };
 
-class Scorer {
+class ClosedLoopScorer {
  public:
-  Scorer(ClosedLoop& loop, const ClosedLoopOptions& options, const ClosedLoopScoring& scoring,
+  ClosedLoopScorer(ClosedLoop& loop, const ClosedLoopOptions& options, const ClosedLoopScoring& scoring,
          ClosedLoopResult* result)
       : loop_(loop),
         scoring_(scoring),
@@ -50,16 +44,16 @@ class Scorer {
         sim_params_(Swarm::params<sim::SimProcess>(options.settings)),
         arm_(load_arm_file(sim_params_.arm_file)),
         pictures_(scoring.grid_rows) {
-    listen(Domain::kRobot, "TRUTH_STATE", &Scorer::on_truth);
-    listen(Domain::kRobot, "CAMERA_POSE", &Scorer::on_camera_pose);
-    listen(Domain::kRobot, "ALIGNMENT", &Scorer::on_alignment);
-    listen(Domain::kRobot, "BASE_POSE", &Scorer::on_base);
-    listen(Domain::kRobot, "CONTROLLER_STATE", &Scorer::on_controller);
-    listen(Domain::kRobot, "JOINT_STATE", &Scorer::on_joint_state);
-    listen(Domain::kOperator, "JOINT_COMMAND", &Scorer::on_command);
-    listen(Domain::kOperator, "CAMERA_INFO", &Scorer::on_camera_info);
-    listen(Domain::kOperator, "VIEW", &Scorer::on_view);
-    listen(Domain::kOperator, "DISPLAY_STATS", &Scorer::on_drawn);
+    listen(Domain::kRobot, "TRUTH_STATE", &ClosedLoopScorer::on_truth);
+    listen(Domain::kRobot, "CAMERA_POSE", &ClosedLoopScorer::on_camera_pose);
+    listen(Domain::kRobot, "ALIGNMENT", &ClosedLoopScorer::on_alignment);
+    listen(Domain::kRobot, "BASE_POSE", &ClosedLoopScorer::on_base);
+    listen(Domain::kRobot, "CONTROLLER_STATE", &ClosedLoopScorer::on_controller);
+    listen(Domain::kRobot, "JOINT_STATE", &ClosedLoopScorer::on_joint_state);
+    listen(Domain::kOperator, "JOINT_COMMAND", &ClosedLoopScorer::on_command);
+    listen(Domain::kOperator, "CAMERA_INFO", &ClosedLoopScorer::on_camera_info);
+    listen(Domain::kOperator, "VIEW", &ClosedLoopScorer::on_view);
+    listen(Domain::kOperator, "DISPLAY_STATS", &ClosedLoopScorer::on_drawn);
     loop.world().listen(Domain::kRobot, "MAP_DELTA", [this](auto b) { map_.on_message(b); });
     loop.renderer().set_listener([this](const PredictedFrame& f) { on_prediction(f); });
   }
@@ -75,7 +69,7 @@ class Scorer {
 
  private:
   using Bytes = std::span<const uint8_t>;
-  void listen(Domain domain, const char* channel, void (Scorer::*handler)(Bytes)) {
+  void listen(Domain domain, const char* channel, void (ClosedLoopScorer::*handler)(Bytes)) {
     loop_.world().listen(domain, channel, [this, handler](auto b) { (this->*handler)(b); });
   }
   double since_start_s(Time t) const { return (t - loop_.start()).seconds(); }
@@ -296,7 +290,7 @@ ClosedLoopResult evaluate(const ClosedLoopOptions& options, const ClosedLoopScor
   result.delay_s = options.delay_s;
   result.seconds = options.seconds;
   ClosedLoop loop(options);
-  Scorer scorer(loop, options, scoring, &result);
+  ClosedLoopScorer scorer(loop, options, scoring, &result);
   std::optional<TrafficLog> log;
   if (!scoring.log_folder.empty()) log.emplace(loop, scoring.log_folder);
   double reported_s = 0;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/evaluate/closed_loop.h"
+#include "sim/swarm/closed_loop.h"
 #include "bench/evaluate/picture_scorer.h"
 
 namespace foresight {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench/evaluate/closed_loop_scorer.h"
-#include "bench/evaluate/scorer.h"
+#include "bench/evaluate/recorded_line_scorer.h"
 
 namespace foresight {
 

@@ -1,13 +1,13 @@
 #include "bench/evaluate/map_points.h"
 
+#include "common/message_bytes.h"
 #include "common/messages.h"
 
 namespace foresight {
 
 void MapPoints::on_message(std::span<const uint8_t> bytes) {
-  map_delta_t message;
+  const auto message = decode<map_delta_t>(bytes);
   MapDelta delta;
-  if (message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) return;
   if (!append(message, &delta)) return;
   if (message.header.is_snapshot != 0 && message.header.part == 0) {
     points_.clear();

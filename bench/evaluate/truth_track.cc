@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/message_bytes.h"
 #include "common/robot_messages.h"
 
 namespace foresight {
@@ -18,8 +19,7 @@ Pose<A, B> between(const Pose<A, B>& a, const Pose<A, B>& b, double share) {
 }  // namespace
 
 void TruthTrack::on_message(std::span<const uint8_t> bytes) {
-  truth_t m;
-  if (m.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) return;
+  const auto m = decode<truth_t>(bytes);
   const auto base =
       read_transform<World, Base>(m.world_from_base_quat_wxyz, m.world_from_base_position_m);
   const auto cam =

@@ -2,7 +2,7 @@
 // scripts/mesh_eval builds and runs it.
 #include <cstdio>
 
-#include "bench/evaluate/swarm.h"
+#include "sim/swarm/swarm.h"
 #include "bench/mesh_eval/mesh_evaluation.h"
 #include "bench/mesh_eval/mesh_pictures.h"
 #include "bench/mesh_eval/reports.h"

@@ -73,6 +73,12 @@ class Layers(unittest.TestCase):
                 if include.startswith('"'):
                     self.assertRegex(include, r'"(common|foresight)/', relative(path))
 
+    def test_no_product_stands_on_tools_or_tests(self):
+        for folder in ("common", "procs", "sim"):
+            for path in sources(folder):
+                for include in includes(path):
+                    self.assertNotRegex(include, r'"(bench|tests)/', relative(path))
+
     def test_the_core_of_common_is_pure(self):
         for name in CORE_OF_COMMON:
             for path in (ROOT / "common").glob(f"{name}.*"):
@@ -80,6 +86,8 @@ class Layers(unittest.TestCase):
 
     def test_sim_stands_on_common_alone(self):
         for path in sources("sim"):
+            if relative(path).startswith("sim/swarm/"):  # all processes in one thread
+                continue
             for include in includes(path):
                 if include.startswith('"'):
                     self.assertRegex(include, r'"(common|foresight|sim)/', relative(path))

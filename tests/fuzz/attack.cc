@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "common/errors.h"
+#include "common/message_check.h"
 #include "common/message_text.h"
 
 namespace foresight::fuzz {
@@ -54,9 +55,8 @@ void Attack::remember(Domain domain, const std::string& channel, std::span<const
   seen.newest.emplace_back(bytes.begin(), bytes.end());
   if (seen.newest.size() > kSamples) seen.newest.pop_front();
   if (channel != "HEALTH") return;
-  health_t health{};
-  health.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  health_[health.process] = health;  // link passes forged ones on: judge() forgets them
+  // link passes forged ones on, which judge() forgets.
+  if (const auto health = decode_checked<health_t>(bytes)) health_[health->process] = *health;
 }
 
 // All inputs, from what the processes declare. What link passes on unread has the type of what is

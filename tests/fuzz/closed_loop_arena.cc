@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/message_bytes.h"
+#include "common/message_check.h"
 #include "foresight/alignment_t.hpp"
 #include "foresight/base_pose_t.hpp"
 #include "foresight/camera_pose_t.hpp"
@@ -29,13 +31,6 @@ ClosedLoopOptions loop_options() {
                        "renderer.idle_rate_hz=10", "sim.base_motion=still"}};
 }
 
-template <class Message>
-Message decode(std::span<const uint8_t> bytes) {
-  Message message;
-  message.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return message;
-}
-
 }  // namespace
 
 ClosedLoopArena::ClosedLoopArena() : loop_(loop_options()) {}
@@ -49,8 +44,10 @@ void ClosedLoopArena::on_message(Domain domain, const std::string& channel,
                                  std::span<const uint8_t> bytes) {
   if (domain == Domain::kRobot) learn_beliefs(channel, bytes);
   if (domain == Domain::kOperator && channel == "HEALTH") {
-    const auto health = decode<health_t>(bytes);
-    if (health.process == "renderer") beliefs_["renderer"] = "renderer: " + health.reason;
+    const auto health = decode_checked<health_t>(bytes);  // link passes forged ones on
+    if (health && health->process == "renderer") {
+      beliefs_["renderer"] = "renderer: " + health->reason;
+    }
   }
   if (channel == "ALIGNMENT" && domain == Domain::kRobot) {
     is_aligned_ = decode<alignment_t>(bytes).state == alignment_t::STATE_ALIGNED;

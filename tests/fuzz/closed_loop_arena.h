@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/evaluate/closed_loop.h"
+#include "sim/swarm/closed_loop.h"
 #include "tests/fuzz/attack.h"
 
 namespace foresight::fuzz {

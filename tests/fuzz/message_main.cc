@@ -99,10 +99,10 @@ void print_fault(const std::string& arena, const AttackOptions& o, const Shared&
       "FAULT: %s\n  last thrown: %lld: %s\n  again: scripts/run message-fuzz --arena %s --process "
       "%s --seed "
       "%llu "
-      "--mutants %lld --rounds 1%s%s%s\n",
+      "--mutants %lld --during %g --rounds 1%s%s%s\n",
       fault.c_str(), static_cast<long long>(shared.progress.thrown), shared.progress.last,
       arena.c_str(), o.process.c_str(), static_cast<unsigned long long>(o.seed),
-      static_cast<long long>(o.mutants), o.channel.empty() ? "" : " --channel ", o.channel.c_str(),
+      static_cast<long long>(o.mutants), o.duration_s, o.channel.empty() ? "" : " --channel ", o.channel.c_str(),
       o.orders ? " --orders" : "");
   std::fflush(stdout);
 }
@@ -197,6 +197,9 @@ void declare_options(CLI::App& app, Arguments& a) {
   app.add_option("--rounds", a.rounds, "stop after so many rounds, however long they take")
       ->check(CLI::PositiveNumber);
   app.add_option("--mutants", a.attack.mutants, "messages in a round")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--during", a.attack.duration_s, "seconds in which they are thrown")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--process", a.processes,

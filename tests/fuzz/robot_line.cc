@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/delta_input.h"
+#include "common/message_bytes.h"
 #include "foresight/joint_state_t.hpp"
 #include "procs/calibrator/process.h"
 #include "procs/carver/process.h"
@@ -16,13 +17,6 @@ constexpr const char* kArm = FORESIGHT_SOURCE_DIR "/deploy/arms/wam4.yaml";
 constexpr double kMaxBase_m = 0.01;          // of the still base from its place
 constexpr double kMaxScaleError = 0.02;      // relative, from the twin's
 constexpr size_t kPointsPerObservation = 3;  // every so many points of those in view
-
-template <class Message>
-Message decode(std::span<const uint8_t> bytes) {
-  Message message;
-  message.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return message;
-}
 
 // In the place of slam and of the arm's controller: publishes what the simulated robot would.
 class RobotStandIn : public Process, public RobotListener {

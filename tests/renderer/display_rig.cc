@@ -1,17 +1,11 @@
 #include "tests/renderer/display_rig.h"
 
 #include "common/image_codec.h"
+#include "common/message_bytes.h"
 #include "common/messages.h"
 
 namespace foresight {
 namespace {
-
-template <class Message>
-Message decode(std::span<const uint8_t> bytes) {
-  Message message;
-  EXPECT_GE(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())), 0);
-  return message;
-}
 
 }  // namespace
 

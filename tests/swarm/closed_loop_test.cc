@@ -1,5 +1,6 @@
 // The complete system with the simulated robot in the loop, in one thread on a simulated clock.
-#include "bench/evaluate/closed_loop.h"
+#include "common/message_bytes.h"
+#include "sim/swarm/closed_loop.h"
 
 #include <gtest/gtest.h>
 
@@ -23,13 +24,6 @@ ClosedLoopOptions options(double seconds, std::vector<std::string> more = {}) {
   o.settings = {"sim.camera_width_px=320", "sim.camera_rate_hz=15", "renderer.used_views=2"};
   o.settings.insert(o.settings.end(), more.begin(), more.end());
   return o;
-}
-
-template <class Message>
-Message decode(std::span<const uint8_t> bytes) {
-  Message message;
-  EXPECT_GE(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())), 0);
-  return message;
 }
 
 std::vector<double> of(const std::vector<PoseError>& errors, double PoseError::*member) {

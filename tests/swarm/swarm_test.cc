@@ -8,8 +8,9 @@
 #include <string>
 
 #include "bench/evaluate/image_scores.h"
-#include "bench/evaluate/recorded_line.h"
-#include "bench/evaluate/scorer.h"
+#include "common/message_bytes.h"
+#include "sim/swarm/recorded_line.h"
+#include "bench/evaluate/recorded_line_scorer.h"
 #include "foresight/carving_delta_t.hpp"
 #include "foresight/display_stats_t.hpp"
 #include "foresight/health_t.hpp"
@@ -45,13 +46,6 @@ class SwarmEnvironment : public testing::Environment {
   void TearDown() override { std::filesystem::remove_all(sequence()); }
 };
 const auto* const kEnvironment = testing::AddGlobalTestEnvironment(new SwarmEnvironment);
-
-template <class Message>
-Message decode(std::span<const uint8_t> bytes) {
-  Message message;
-  EXPECT_GE(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())), 0);
-  return message;
-}
 
 TEST(Swarm, SameInputsGiveTheSameTraffic) {
   const RecordedLineOptions options{.sequence = sequence(), .delay_s = 0.3, .frame_count = 80};

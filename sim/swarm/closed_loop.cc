@@ -1,4 +1,4 @@
-#include "bench/evaluate/closed_loop.h"
+#include "sim/swarm/closed_loop.h"
 
 #include "procs/calibrator/process.h"
 #include "procs/carver/process.h"

@@ -1,7 +1,8 @@
-#include "bench/evaluate/scorer.h"
+#include "bench/evaluate/recorded_line_scorer.h"
 
 #include "bench/evaluate/map_points.h"
 #include "common/image_codec.h"
+#include "common/message_bytes.h"
 #include "common/messages.h"
 #include "foresight/image_t.hpp"
 #include "foresight/view_t.hpp"
@@ -9,17 +10,10 @@
 namespace foresight {
 namespace {
 
-template <class Message>
-Message decode(std::span<const uint8_t> bytes) {
-  Message message;
-  message.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return message;
-}
-
 // Listens to the line and scores as it runs.
-class Scorer {
+class RecordedLineScorer {
  public:
-  Scorer(RecordedLine& line, const ScoringOptions& options, EvaluationResult* result)
+  RecordedLineScorer(RecordedLine& line, const ScoringOptions& options, EvaluationResult* result)
       : line_(line),
         options_(options),
         result_(*result),
@@ -104,7 +98,7 @@ EvaluationResult evaluate(const RecordedLineOptions& options, const ScoringOptio
   result.sequence = options.sequence;
   result.delay_s = options.delay_s;
   RecordedLine line(options);
-  Scorer scorer(line, scoring, &result);
+  RecordedLineScorer scorer(line, scoring, &result);
   int reported = 0;
   while (line.step()) {
     if (result.frames < reported + 30) continue;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/evaluate/swarm.h"
+#include "sim/swarm/swarm.h"
 #include "procs/camera/process.h"
 #include "procs/renderer/process.h"
 

@@ -1,4 +1,4 @@
-#include "bench/evaluate/swarm.h"
+#include "sim/swarm/swarm.h"
 
 #include <algorithm>
 

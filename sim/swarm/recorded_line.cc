@@ -1,4 +1,4 @@
-#include "bench/evaluate/recorded_line.h"
+#include "sim/swarm/recorded_line.h"
 
 #include "procs/camera/process.h"
 #include "procs/carver/process.h"

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "bench/evaluate/picture_scorer.h"
-#include "bench/evaluate/recorded_line.h"
+#include "sim/swarm/recorded_line.h"
 
 namespace foresight {
 

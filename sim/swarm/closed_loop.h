@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/evaluate/swarm.h"
+#include "sim/swarm/swarm.h"
 #include "common/camera_model.h"
 #include "procs/renderer/process.h"
 #include "sim/robot/process.h"
