@@ -49,29 +49,31 @@ template <class Message, class Delta>
 class DeltaInput {
  public:
   using Step = DeltaStep<Delta>;
-  /// Applies one step; false when it does not fit the state (which a refused delta leaves alone).
-  using Apply = std::function<bool(const Step& step)>;
+  /// Applies one step; why it does not fit the state (which a refused delta leaves alone), or "".
+  using Apply = std::function<std::string(const Step& step)>;
 
   DeltaInput(Node& node, const PortSpec& spec, Apply apply)
       : node_(node),
         channel_(spec.channel),
         apply_(std::move(apply)),
         requester_(node, spec.channel, spec.domain) {
-    node.subscribe<Message>(spec, Queue::kAll, [this](const Message& m) { on_message(m); });
+    input_ =
+        node.subscribe<Message>(spec, Queue::kAll, [this](const Message& m) { on_message(m); });
   }
   bool is_synchronised() const { return receiver_.is_synchronised(); }
 
  private:
   void on_message(const Message& message) {
     if (receiver_.receive(message, node_.now()) == Received::kBad) {
-      node_.reject_message(channel_, "contradicts itself");
+      input_.reject("contradicts itself");
     }
     go_on();
   }
   void go_on() {
     for (const Step& step : receiver_.take()) {
-      if (apply_(step)) continue;
-      node_.reject_message(channel_, "does not fit what is known so far");
+      const std::string misfit = apply_(step);
+      if (misfit.empty()) continue;
+      input_.reject("does not fit what is known so far: " + misfit);
       receiver_.refuse(step);
       break;
     }
@@ -96,6 +98,7 @@ class DeltaInput {
   }
 
   Node& node_;
+  Input input_;
   std::string channel_;
   Apply apply_;
   SnapshotRequester requester_;

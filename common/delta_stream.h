@@ -7,7 +7,7 @@
 //
 //   DeltaInput<map_delta_t, MapDelta> map(node, {.channel = "MAP_DELTA"}, [&](const auto& step) {
 //     if (step.is_snapshot) core.reset();
-//     return core.apply(step.delta);          // false: does not fit
+//     return core.apply(step.delta);          // why it does not fit, or ""
 //   });
 //
 // A stream is named by (epoch, session): a new map or a restarted sender begins a new one, whose

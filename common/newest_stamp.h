@@ -5,7 +5,7 @@
 //   switch (newest.judge(node.now(), {message.utime})) {
 //     case StampVerdict::kNewer: break;
 //     case StampVerdict::kRestarted: forget_the_earlier(); break;
-//     default: return node.reject_message(…);
+//     default: return input.reject(…);
 //   }
 //
 // Refused at the border: no instant of this age of the world (≤ 0, or from the year 2255 on), and a

@@ -142,6 +142,11 @@ void Node::reject(PortRecord* port, const std::string& why) {
   log_line(name_, port->spec.channel + " rejected: " + why);
 }
 
+void Input::reject(const std::string& why) const {
+  FORESIGHT_CHECK(node_ != nullptr);
+  node_->reject(port_, why);
+}
+
 void Node::reject_message(const std::string& channel, const std::string& why) {
   if (handled_ != nullptr && handled_->spec.channel == channel) return reject(handled_, why);
   for (PortRecord& port : ports_) {

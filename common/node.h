@@ -100,6 +100,20 @@ class Publisher {
   PortRecord* port_;
 };
 
+/// One subscription: to refuse what came on it, at once or later.
+class Input {
+ public:
+  Input() = default;  // none; of a member that the constructor assigns
+  /// Counts a message that was refused after decoding (unknown ids, impossible sizes).
+  void reject(const std::string& why) const;
+
+ private:
+  friend class Node;
+  Input(Node* node, PortRecord* port) : node_(node), port_(port) {}
+  Node* node_ = nullptr;
+  PortRecord* port_ = nullptr;
+};
+
 enum class ProcessState : int8_t {
   kStarting = health_t::STATE_STARTING,
   kOk = health_t::STATE_OK,
@@ -126,7 +140,7 @@ class Node {
     return {this, add_port(spec, Message::getTypeName(), false)};
   }
   template <class Message>
-  void subscribe(const PortSpec& spec, Queue queue, std::function<void(const Message&)> handler) {
+  Input subscribe(const PortSpec& spec, Queue queue, std::function<void(const Message&)> handler) {
     PortRecord* port = add_port(spec, Message::getTypeName(), true);
     const MessageSchema* schema = find_schema(Message::getTypeName());
     listen(port, queue, [this, port, schema, handler = std::move(handler)](auto bytes) {
@@ -139,6 +153,7 @@ class Node {
       if (const auto n = stream_number(message)) port->losses.add(*n, port->skipped);
       guard(port, [&] { handler(message); });
     });
+    return {this, port};
   }
   /// Bytes as they come, for processes that pass messages on without reading them (link).
   void subscribe_raw(const PortSpec& spec, Queue queue, Host::Handler handler);
@@ -174,6 +189,7 @@ class Node {
  private:
   template <class Message>
   friend class Publisher;
+  friend class Input;
 
   PortRecord* add_port(const PortSpec& spec, const std::string& type, bool is_input);
   void listen(PortRecord* port, Queue queue, Host::Handler handler);

@@ -81,13 +81,32 @@ std::string ParamLoader::text_of(const YAML::Node& node) {
   return node.IsScalar() ? node.Scalar() : YAML::Dump(node);
 }
 
-void ParamLoader::check_choice(const std::string& key, const std::string& value,
-                               const ParamSpec& spec, const std::string& origin) {
-  if (spec.choices.empty()) return;
-  if (std::find(spec.choices.begin(), spec.choices.end(), value) != spec.choices.end()) return;
+size_t ParamLoader::choice_of(const YAML::Node& node, const std::vector<std::string>& choices,
+                              const std::string& key, const std::string& origin) {
+  const std::string value = text_of(node);
+  const auto at = std::find(choices.begin(), choices.end(), value);
+  if (at != choices.end()) return static_cast<size_t>(at - choices.begin());
   std::string names;
-  for (const std::string& c : spec.choices) names += (names.empty() ? "" : ", ") + c;
+  for (const std::string& c : choices) names += (names.empty() ? "" : ", ") + c;
   refuse(origin, key, "'" + value + "' is not one of " + names);
+}
+
+std::vector<std::string> ParamLoader::elements_of(const YAML::Node& node, const std::string& key,
+                                                  const std::string& origin) {
+  std::vector<std::string> elements;
+  if (node.IsSequence()) {
+    for (const YAML::Node& element : node) {
+      if (!element.IsScalar()) refuse(origin, key, "'" + text_of(node) + "' is not a plain list");
+      elements.push_back(element.Scalar());
+    }
+    return elements;
+  }
+  if (!node.IsScalar()) refuse(origin, key, "'" + text_of(node) + "' is not a list");
+  std::string text = node.Scalar();
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream words(text);
+  for (std::string word; words >> word;) elements.push_back(word);
+  return elements;
 }
 
 void ParamLoader::check_range(const std::string& key, double value, const ParamSpec& spec,

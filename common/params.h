@@ -9,14 +9,26 @@
 //
 // The same list loads YAML and `--set key=value` (unknown keys, wrong types and values out of range
 // are refused with one line), prints --describe, and documents itself.
+//
+// A choice is an enumeration that says its names, beside it:
+//
+//   enum class Pace { kReal, kConsumed };
+//   constexpr auto names_of(Pace) {
+//     return std::array{EnumName{Pace::kReal, "real"}, EnumName{Pace::kConsumed, "consumed"}};
+//   }
+//
+// A std::vector is a YAML list, or its elements in one text, separated by blanks or commas.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
 
+#include <array>
 #include <iomanip>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -24,11 +36,34 @@
 
 namespace foresight {
 
+template <class Enum>
+struct EnumName {
+  Enum value;
+  const char* name;
+};
+
+/// The name of a value of an enumeration that has names_of().
+template <class Enum>
+constexpr const char* name_of(Enum value) {
+  for (const auto& named : names_of(value)) {
+    if (named.value == value) return named.name;
+  }
+  return "?";
+}
+
+/// The value of that name, if there is one.
+template <class Enum>
+constexpr std::optional<Enum> value_named(std::string_view name) {
+  for (const auto& named : names_of(Enum{})) {
+    if (name == named.name) return named.value;
+  }
+  return std::nullopt;
+}
+
 struct ParamSpec {
   const char* unit = "";
-  double min = -std::numeric_limits<double>::infinity();
+  double min = -std::numeric_limits<double>::infinity();  // of each element of a list
   double max = std::numeric_limits<double>::infinity();
-  std::vector<std::string> choices = {};  // of a string; empty: free text
   const char* doc = "";
 };
 
@@ -87,36 +122,66 @@ class ParamLoader {
   static std::string text_of(const YAML::Node& node);
 
   template <class T>
-  static constexpr const char* type_name() {
+  struct IsList : std::false_type {};
+  template <class T>
+  struct IsList<std::vector<T>> : std::true_type {};
+  /// The elements as texts; throws unless the value is a list of scalars or a text.
+  static std::vector<std::string> elements_of(const YAML::Node& node, const std::string& key,
+                                              const std::string& origin);
+
+  template <class T>
+  static std::string type_name() {
     if constexpr (std::is_same_v<T, bool>)
       return "bool";
     else if constexpr (std::is_integral_v<T>)
       return "int";
     else if constexpr (std::is_floating_point_v<T>)
       return "float";
+    else if constexpr (IsList<T>::value)
+      return type_name<typename T::value_type>() + " list";
     else
       return "string";
   }
   template <class T>
+  static std::vector<std::string> choices_of() {
+    std::vector<std::string> choices;
+    if constexpr (std::is_enum_v<T>) {
+      for (const auto& named : names_of(T{})) choices.emplace_back(named.name);
+    }
+    return choices;
+  }
+  template <class T>
   static T parse(const YAML::Node& node, const std::string& key, const std::string& origin) {
     if (node.IsNull()) refuse(origin, key, "has no value ('' is the empty text)");
-    try {
-      return node.as<T>();
-    } catch (const YAML::Exception&) {
-      refuse(origin, key, "'" + text_of(node) + "' is not a " + type_name<T>());
+    if constexpr (std::is_enum_v<T>) {
+      const auto names = names_of(T{});
+      return names[choice_of(node, choices_of<T>(), key, origin)].value;
+    } else if constexpr (IsList<T>::value) {
+      T values;
+      for (const std::string& text : elements_of(node, key, origin)) {
+        values.push_back(parse<typename T::value_type>(YAML::Node(text), key, origin));
+      }
+      return values;
+    } else {
+      try {
+        return node.as<T>();
+      } catch (const YAML::Exception&) {
+        refuse(origin, key, "'" + text_of(node) + "' is not a " + type_name<T>());
+      }
     }
   }
   template <class T>
   static void check(const std::string& key, const T& value, const ParamSpec& spec,
                     const std::string& origin) {
-    if constexpr (std::is_same_v<T, std::string>) {
-      check_choice(key, value, spec, origin);
-    } else if constexpr (!std::is_same_v<T, bool>) {
+    if constexpr (IsList<T>::value) {
+      for (const auto& element : value) check(key, element, spec, origin);
+    } else if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) {
       check_range(key, static_cast<double>(value), spec, origin);
     }
   }
-  static void check_choice(const std::string& key, const std::string& value, const ParamSpec& spec,
-                           const std::string& origin);
+  /// Which of `choices` it is; throws when none.
+  static size_t choice_of(const YAML::Node& node, const std::vector<std::string>& choices,
+                          const std::string& key, const std::string& origin);
   static void check_range(const std::string& key, double value, const ParamSpec& spec,
                           const std::string& origin);
   template <class T>
@@ -125,6 +190,12 @@ class ParamLoader {
       std::ostringstream text;
       text << std::setprecision(9) << value;  // 0.15, not 0.14999999999999999
       return text.str();
+    } else if constexpr (std::is_enum_v<T>) {
+      return name_of(value);
+    } else if constexpr (IsList<T>::value) {
+      std::string text;
+      for (const auto& element : value) text += (text.empty() ? "" : " ") + value_text(element);
+      return text;
     } else {
       return text_of(YAML::Node(value));
     }
@@ -132,7 +203,7 @@ class ParamLoader {
   template <class T>
   static ParamDescription describe(const char* key, const T& value, const ParamSpec& spec) {
     return {key,      type_name<T>(), value_text(value), spec.unit,
-            spec.doc, spec.min,       spec.max,          spec.choices};
+            spec.doc, spec.min,       spec.max,          choices_of<T>()};
   }
 
   ParamSource* source_;

@@ -3,7 +3,7 @@
 // a single forged message bends nothing.
 //
 //   PersistentValue<CameraModel> camera(2);
-//   if (!camera.offer(*stated)) return node.reject_message("CAMERA_INFO", "contradicts the last");
+//   if (!camera.offer(*stated)) return input.reject("contradicts the last");
 //   use(*camera.value());
 #pragma once
 

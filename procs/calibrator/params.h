@@ -7,10 +7,16 @@
 
 namespace foresight {
 
+namespace calibration {
+constexpr auto names_of(BaseFilterKind) {
+  return std::array{EnumName{BaseFilterKind::kKalman, "kalman"},
+                    EnumName{BaseFilterKind::kPaper, "paper"}};
+}
+}  // namespace calibration
+
 struct CalibratorParams {
   calibration::CalibratorOptions options;
   std::string arm_file = "deploy/arms/wam4.yaml";
-  std::string filter = "kalman";
   double solve_period_s = 1;
   double solve_cost_s = 0.05;
   bool keep_alignment = true;
@@ -100,8 +106,7 @@ struct CalibratorParams {
   template <class V>
   void visit_filter(V& v) {
     auto& f = options.filter;
-    v("filter", filter,
-      {.choices = {"kalman", "paper"}, .doc = "of the base's motion; the paper's lags by 0.63 s"});
+    v("filter", f.kind, {.doc = "of the base's motion; the paper's lags by 0.63 s"});
     v("lambda", f.lambda,
       {.unit = "1",
        .min = 0,

@@ -97,18 +97,16 @@ CalibratorProcess::CalibratorProcess(Node& node, const CalibratorParams& params,
       map_(node, {.channel = "MAP_DELTA", .doc = "changes of the SLAM map"},
            [this](const DeltaStep<MapDelta>& step) {
              apply_map(step);
-             return true;
+             return std::string();
            }),
       run_(run) {
-  params_.options.filter.kind = params.filter == "paper" ? calibration::BaseFilterKind::kPaper
-                                                         : calibration::BaseFilterKind::kKalman;
-  node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"},
-                                Queue::kLatest,
-                                [this](const camera_info_t& m) { on_camera_info(m); });
-  node.subscribe<camera_pose_t>(
+  camera_info_input_ = node.subscribe<camera_info_t>(
+      {.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"}, Queue::kLatest,
+      [this](const camera_info_t& m) { on_camera_info(m); });
+  camera_pose_input_ = node.subscribe<camera_pose_t>(
       {.channel = "CAMERA_POSE", .rate_hz = 30, .doc = "where SLAM sees the camera"}, Queue::kAll,
       [this](const camera_pose_t& m) { on_camera_pose(m); });
-  node.subscribe<joint_state_t>(
+  joint_state_input_ = node.subscribe<joint_state_t>(
       {.channel = "JOINT_STATE", .rate_hz = 100, .doc = "the arm's joints"}, Queue::kAll,
       [this](const joint_state_t& m) { on_joint_state(m); });
   node.every(seconds(params.solve_period_s), "solve", [this] { solve(); });
@@ -184,21 +182,21 @@ void CalibratorProcess::watch_recall() {
 
 void CalibratorProcess::on_camera_info(const camera_info_t& message) {
   const auto camera = from_message(message);
-  if (!camera) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
+  if (!camera) return camera_info_input_.reject("makes no sense as intrinsics");
   const bool is_first = !camera_.value();
-  if (!camera_.offer(*camera)) return node_.reject_message("CAMERA_INFO", "contradicts the last");
+  if (!camera_.offer(*camera)) return camera_info_input_.reject("contradicts the last");
   core_->set_camera(*camera_.value());
   if (is_first) publish_health();
 }
 
 void CalibratorProcess::on_joint_state(const joint_state_t& message) {
   if (message.n_joints != joints_) {
-    return node_.reject_message("JOINT_STATE", std::to_string(message.n_joints) +
-                                                   " joints, the arm's description has " +
-                                                   std::to_string(joints_));
+    return joint_state_input_.reject(std::to_string(message.n_joints) +
+                                     " joints, the arm's description has " +
+                                     std::to_string(joints_));
   }
   const StampVerdict verdict = joint_stamps_.judge(node_.now(), {message.utime});
-  if (!is_taken(verdict)) return node_.reject_message("JOINT_STATE", to_string(verdict));
+  if (!is_taken(verdict)) return joint_state_input_.reject(to_string(verdict));
   last_joints_ = node_.now();
   core_->add_joints({message.utime}, JointVector::Map(message.position_rad.data(), joints_));
   watch_recall();
@@ -208,14 +206,14 @@ void CalibratorProcess::on_joint_state(const joint_state_t& message) {
 void CalibratorProcess::on_camera_pose(const camera_pose_t& message) {
   const auto pose = read_pose(message);
   if (!pose && message.state == camera_pose_t::STATE_TRACKING) {
-    return node_.reject_message("CAMERA_POSE", "its quaternion is none");
+    return camera_pose_input_.reject("its quaternion is none");
   }
   const StampVerdict verdict = frame_stamps_.judge(node_.now(), {message.utime});
-  if (!is_taken(verdict)) return node_.reject_message("CAMERA_POSE", to_string(verdict));
+  if (!is_taken(verdict)) return camera_pose_input_.reject(to_string(verdict));
   last_frame_ = node_.now();
   const bool is_new = core_->add_frame(
       {{message.utime}, message.epoch, pose, message.quality, message.points_found});
-  if (!is_new) node_.reject_message("CAMERA_POSE", "time-stamp does not increase");
+  if (!is_new) camera_pose_input_.reject("time-stamp does not increase");
   watch_recall();
   publish_base();
   if (message.state == camera_pose_t::STATE_LOST) publish_hint();

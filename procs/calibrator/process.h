@@ -63,6 +63,7 @@ class CalibratorProcess : public Process {
 
   Node& node_;
   CalibratorParams params_;
+  Input camera_info_input_, camera_pose_input_, joint_state_input_;
   Publisher<alignment_t> alignments_;
   Publisher<base_pose_t> base_poses_;
   Publisher<pose_hint_t> hints_;

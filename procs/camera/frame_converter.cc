@@ -47,7 +47,7 @@ void FrameConverter::build_maps() {
 std::optional<image_t> FrameConverter::convert(const Frame& frame) {
   image_t message{};
   const bool unchanged = scale_ == 1.0 && map_x_.empty();
-  Picture decoded = picture_of(frame, params_.encoding == "gray" ? 1 : 3);
+  Picture decoded = picture_of(frame, params_.encoding == Encoding::kGray ? 1 : 3);
   error_ = decoded.error;
   warning_ = decoded.warning;
   if (!error_.empty()) return std::nullopt;
@@ -55,7 +55,7 @@ std::optional<image_t> FrameConverter::convert(const Frame& frame) {
     error_ = wrong_size(decoded.image, input_.width_px, input_.height_px);
     return std::nullopt;
   }
-  if (unchanged && decoded.is_plain_jpeg && params_.encoding == "jpeg") {
+  if (unchanged && decoded.is_plain_jpeg && params_.encoding == Encoding::kJpeg) {
     message.width_px = static_cast<int16_t>(input_.width_px);
     message.height_px = static_cast<int16_t>(input_.height_px);
     message.encoding = image_t::ENCODING_JPEG;
@@ -64,7 +64,7 @@ std::optional<image_t> FrameConverter::convert(const Frame& frame) {
     return message;
   }
   cv::Mat picture = as_mat(decoded.image);
-  if (params_.encoding == "gray" && picture.channels() == 3) {
+  if (params_.encoding == Encoding::kGray && picture.channels() == 3) {
     cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
   }
   if (scale_ < 1) {
@@ -75,7 +75,7 @@ std::optional<image_t> FrameConverter::convert(const Frame& frame) {
     const cv::Mat map_y(output_.height_px, output_.width_px, CV_32F, map_y_.data());
     cv::remap(picture.clone(), picture, map_x, map_y, cv::INTER_LINEAR);
   }
-  if (params_.encoding == "gray") {
+  if (params_.encoding == Encoding::kGray) {
     encode_raw(as_image(picture), &message);
   } else {
     encode_jpeg(as_image(picture), params_.jpeg_quality, &message);

@@ -6,13 +6,26 @@
 
 namespace foresight {
 
+enum class Pace { kReal, kConsumed };
+constexpr auto names_of(Pace) {
+  return std::array{EnumName{Pace::kReal, "real"}, EnumName{Pace::kConsumed, "consumed"}};
+}
+enum class Stamps { kRebased, kOriginal };
+constexpr auto names_of(Stamps) {
+  return std::array{EnumName{Stamps::kRebased, "rebased"}, EnumName{Stamps::kOriginal, "original"}};
+}
+enum class Encoding { kJpeg, kGray };
+constexpr auto names_of(Encoding) {
+  return std::array{EnumName{Encoding::kJpeg, "jpeg"}, EnumName{Encoding::kGray, "gray"}};
+}
+
 struct CameraParams {
   std::string source;
   std::string camera_file;
-  std::string pace = "real";
+  Pace pace = Pace::kReal;
   double speed = 1.0;
-  std::string stamps = "rebased";
-  std::string encoding = "jpeg";
+  Stamps stamps = Stamps::kRebased;
+  Encoding encoding = Encoding::kJpeg;
   int jpeg_quality = 85;
   int max_width_px = 640;
   bool undistort = false;
@@ -28,14 +41,12 @@ struct CameraParams {
     v("camera_file", camera_file,
       {.doc = "intrinsics (YAML); empty: camera.yaml in the folder, else guessed and said so"});
     v("pace", pace,
-      {.choices = {"real", "consumed"},
-       .doc = "of recorded sources: at their time-stamps, or the next frame when slam has answered "
+      {.doc = "of recorded sources: at their time-stamps, or the next frame when slam has answered "
               "the last"});
     v("speed", speed, {.unit = "1", .min = 0.01, .max = 100, .doc = "factor on the real pace"});
     v("stamps", stamps,
-      {.choices = {"rebased", "original"},
-       .doc = "utime of recorded frames: as if captured when published, or as recorded"});
-    v("encoding", encoding, {.choices = {"jpeg", "gray"}, .doc = "of IMAGE"});
+      {.doc = "utime of recorded frames: as if captured when published, or as recorded"});
+    v("encoding", encoding, {.doc = "of IMAGE"});
     v("jpeg_quality", jpeg_quality,
       {.unit = "1", .min = 1, .max = 100, .doc = "of encoded frames"});
     v("max_width_px", max_width_px,

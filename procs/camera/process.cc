@@ -18,7 +18,7 @@ CameraProcess::CameraProcess(Node& node, const CameraParams& params)
       infos_(node.advertise<camera_info_t>(
           {.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics of IMAGE"})) {
   node.every(seconds(1), "camera info", [this] { publish_info(); });
-  if (params_.pace == "consumed") {
+  if (params_.pace == Pace::kConsumed) {
     node.subscribe<camera_pose_t>({.channel = "CAMERA_POSE", .doc = "slam's answer to a frame"},
                                   Queue::kAll, [this](const camera_pose_t& m) { on_pose(m); });
     node.every(seconds(2), "stall", [this] { on_stall(); });
@@ -91,7 +91,7 @@ void CameraProcess::read_device() {
 }
 
 Time CameraProcess::stamp_of(const Frame& frame) {
-  if (params_.stamps == "original") return frame.time;
+  if (params_.stamps == Stamps::kOriginal) return frame.time;
   const double elapsed_s = (frame.time - first_stamp_).seconds() / params_.speed;
   return base_ + seconds(elapsed_s);
 }
@@ -106,7 +106,7 @@ void CameraProcess::publish_recorded() {
   if (ended_) return;
   prepare_next();
   // Nobody will answer to a frame that was refused.
-  if (!is_out && next_ && params_.pace == "consumed") {
+  if (!is_out && next_ && params_.pace == Pace::kConsumed) {
     node_.at(node_.now(), [this] { publish_recorded(); });
   }
 }
@@ -125,7 +125,7 @@ void CameraProcess::prepare_next() {
     report_.end(source_->shortfall());
     return end_of_source();
   }
-  if (params_.pace == "real") schedule();
+  if (params_.pace == Pace::kReal) schedule();
 }
 
 void CameraProcess::schedule() {

@@ -11,7 +11,7 @@ CarverProcess::CarverProcess(Node& node, const CarverParams& params)
       map_(node, {.channel = "MAP_DELTA", .doc = "changes of the SLAM map"},
            [this](const DeltaStep<MapDelta>& step) {
              apply(step);
-             return true;  // what makes no sense in a map is ignored and counted
+             return std::string();  // what makes no sense in a map is ignored and counted
            }),
       sender_(node.advertise<carving_delta_t>(
                   {.channel = "CARVING_DELTA", .doc = "changed cells and their constraint counts"}),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/params.h"
 #include "procs/link/shaper.h"
@@ -10,9 +11,11 @@ namespace foresight {
 struct LinkParams {
   ShaperOptions to_operator{.delay_s = 0.15};
   ShaperOptions to_robot{.delay_s = 0.15};
-  std::string to_operator_channels =
-      "CAMERA_INFO VIEW MESH JOINT_STATE CONTROLLER_STATE ALIGNMENT BASE_POSE SLAM_ANSWER HEALTH";
-  std::string to_robot_channels = "JOINT_COMMAND SNAPSHOT_REQUEST SLAM_COMMAND";
+  std::vector<std::string> to_operator_channels = {
+      "CAMERA_INFO", "VIEW",      "MESH",        "JOINT_STATE", "CONTROLLER_STATE",
+      "ALIGNMENT",   "BASE_POSE", "SLAM_ANSWER", "HEALTH"};
+  std::vector<std::string> to_robot_channels = {"JOINT_COMMAND", "SNAPSHOT_REQUEST",
+                                                "SLAM_COMMAND"};
   double queue_limit_mb = 128;
   int seed = 1;
   bool realtime = true;
@@ -30,7 +33,7 @@ struct LinkParams {
     v("to_robot_reorder", to_robot.reorder, kReorder);
     v("to_robot_rate_bytes_per_s", to_robot.rate_bytes_per_s, kRate);
     v("to_operator_channels", to_operator_channels,
-      {.doc = "channels passed from the robot's to the operator's site, separated by spaces"});
+      {.doc = "channels passed from the robot's to the operator's site"});
     v("to_robot_channels", to_robot_channels,
       {.doc = "channels passed from the operator's to the robot's site"});
     v("queue_limit_mb", queue_limit_mb,

@@ -46,10 +46,10 @@ void LinkProcess::start() {
   node_.set_metric("realtime", permitted ? 1 : 0);
 }
 
-void LinkProcess::connect(const std::string& channels, Domain from, Direction* direction) {
+void LinkProcess::connect(const std::vector<std::string>& channels, Domain from,
+                          Direction* direction) {
   const Domain to = from == Domain::kRobot ? Domain::kOperator : Domain::kRobot;
-  std::istringstream words(channels);
-  for (std::string channel; words >> channel;) {
+  for (const std::string& channel : channels) {
     Flow& flow = flows_.emplace_back();
     flow.channel = channel;
     flow.direction = direction;

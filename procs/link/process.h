@@ -56,7 +56,7 @@ class LinkProcess : public Process {
     Duration delay_sum{0}, worst_error{0};
     int64_t delay_count = 0;
   };
-  void connect(const std::string& channels, Domain from, Direction* direction);
+  void connect(const std::vector<std::string>& channels, Domain from, Direction* direction);
   void on_message(Flow* flow, std::span<const uint8_t> bytes);
   bool overflows(Direction* direction, size_t bytes);
   void depart_in_order(Direction* direction, int64_t count);

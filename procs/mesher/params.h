@@ -7,11 +7,20 @@
 
 namespace foresight {
 
+constexpr auto names_of(Energy) {
+  return std::array{EnumName{Energy::kVisibility, "visibility"},
+                    EnumName{Energy::kVolume, "volume"}};
+}
+constexpr auto names_of(LambdaUnit) {
+  return std::array{EnumName{LambdaUnit::kRelative, "relative"},
+                    EnumName{LambdaUnit::kMapUnit, "map_unit"}};
+}
+
 struct MesherParams {
-  std::string energy = "visibility";
+  Energy energy = Energy::kVisibility;
   VisibilityWeights visibility;
   double lambda = MesherOptions{}.lambda;
-  std::string lambda_unit = "relative";
+  LambdaUnit lambda_unit = LambdaUnit::kRelative;
   int min_constraints = 1;
   int smoothing_passes = 0;
   double rate_hz = 1.0;
@@ -19,10 +28,10 @@ struct MesherParams {
 
   MesherOptions options() const {
     MesherOptions o;
-    o.energy = energy == "volume" ? Energy::kVolume : Energy::kVisibility;
+    o.energy = energy;
     o.visibility = visibility;
     o.lambda = lambda;
-    o.lambda_unit = lambda_unit == "map_unit" ? LambdaUnit::kMapUnit : LambdaUnit::kRelative;
+    o.lambda_unit = lambda_unit;
     o.min_constraints = min_constraints;
     o.smoothing_passes = smoothing_passes;
     return o;
@@ -31,8 +40,7 @@ struct MesherParams {
   template <class V>
   void visit(V& v) {
     v("energy", energy,
-      {.choices = {"visibility", "volume"},
-       .doc = "what the surface minimises: contradiction to the rays, or eq. (1) of the paper"});
+      {.doc = "what the surface minimises: contradiction to the rays, or eq. (1) of the paper"});
     v("surface_weight", visibility.surface,
       {.unit = "rays",
        .min = 0,
@@ -55,8 +63,7 @@ struct MesherParams {
        .doc = "volume: weight of the surface's area in eq. (1); larger is smoother (the paper: "
               "0.75 mu)"});
     v("lambda_unit", lambda_unit,
-      {.choices = {"relative", "map_unit"},
-       .doc = "of lambda: shares of the scene's size (the same at every map scale), or map units"});
+      {.doc = "of lambda: shares of the scene's size (the same at every map scale), or map units"});
     v("min_constraints", min_constraints,
       {.unit = "1",
        .min = 1,

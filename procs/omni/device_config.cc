@@ -1,7 +1,10 @@
 #include "procs/omni/device_config.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
+#include "common/check.h"
 #include "common/yaml_reader.h"
 #include "procs/omni/file_device.h"
 #include "procs/omni/gamepad_device.h"
@@ -30,6 +33,11 @@ JointSource read_source(YamlReader& in) {
   return source;
 }
 
+// The device's own clutch button, unless the parameters name one.
+int clutch_button(const OmniParams& params, int of_device) {
+  return params.clutch_button > 0 ? params.clutch_button : of_device;
+}
+
 std::unique_ptr<InputDevice> make_script(const OmniParams& params, const ArmModel& arm,
                                          const JointMapping& mapping) {
   if (mapping.axes_needed() > static_cast<int>(kOmniRanges.size())) {
@@ -42,7 +50,41 @@ std::unique_ptr<InputDevice> make_script(const OmniParams& params, const ArmMode
                                         params.start_delay_s);
 }
 
-std::unique_ptr<InputDevice> make_keyboard(const OmniParams& params) {
+std::unique_ptr<InputDevice> make_file(const OmniParams& params, MotionStyle style) {
+  return std::make_unique<FileDevice>(FileOptions{.path = params.device_path,
+                                                  .style = style,
+                                                  .start_delay_s = params.start_delay_s,
+                                                  .loop = params.loop,
+                                                  .resume = params.resume});
+}
+
+std::unique_ptr<InputDevice> make_waypoints(const OmniParams& params, const ArmModel&,
+                                            const JointMapping&) {
+  return make_file(params, MotionStyle::kRest);
+}
+
+std::unique_ptr<InputDevice> make_recorded(const OmniParams& params, const ArmModel&,
+                                           const JointMapping&) {
+  return make_file(params, MotionStyle::kLinear);
+}
+
+std::unique_ptr<InputDevice> make_openhaptics(const OmniParams& params, const ArmModel&,
+                                              const JointMapping&) {
+  return std::make_unique<OpenHapticsDevice>(OpenHapticsOptions{
+      .device_name = params.device_path, .clutch_button = clutch_button(params, 1)});
+}
+
+std::unique_ptr<InputDevice> make_gamepad(const OmniParams& params, const ArmModel&,
+                                          const JointMapping& mapping) {
+  GamepadOptions options{
+      .dead_zone = params.dead_zone, .silence_s = params.stick_silence_s, .mapping = mapping};
+  if (!params.device_path.empty()) options.path = params.device_path;
+  options.clutch_button = clutch_button(params, options.clutch_button);
+  return std::make_unique<GamepadDevice>(file_opener(options.path), options);
+}
+
+std::unique_ptr<InputDevice> make_keyboard(const OmniParams& params, const ArmModel&,
+                                           const JointMapping&) {
   const std::string& path = params.device_path;
   if (path.empty()) {
     return std::make_unique<KeyboardDevice>(standard_input_opener(),
@@ -53,22 +95,35 @@ std::unique_ptr<InputDevice> make_keyboard(const OmniParams& params) {
       KeyboardOptions{.name = path, .hold_s = params.key_hold_s, .needs_terminal = false});
 }
 
-std::unique_ptr<InputDevice> make_gamepad(const OmniParams& params, const JointMapping& mapping) {
-  GamepadOptions options{
-      .dead_zone = params.dead_zone, .silence_s = params.stick_silence_s, .mapping = mapping};
-  if (!params.device_path.empty()) options.path = params.device_path;
-  if (params.clutch_button > 0) options.clutch_button = params.clutch_button;
-  return std::make_unique<GamepadDevice>(file_opener(options.path), options);
+std::unique_ptr<InputDevice> make_spacemouse(const OmniParams& params, const ArmModel&,
+                                             const JointMapping&) {
+  return std::make_unique<SpaceMouseDevice>(
+      SpaceMouseOptions{.dead_zone = params.dead_zone, .clutch_button = clutch_button(params, 1)});
 }
 
-std::unique_ptr<InputDevice> make_file(const OmniParams& params) {
-  const bool waypoints = params.device == "waypoints";
-  return std::make_unique<FileDevice>(
-      FileOptions{.path = params.device_path,
-                  .style = waypoints ? MotionStyle::kRest : MotionStyle::kLinear,
-                  .start_delay_s = params.start_delay_s,
-                  .loop = params.loop,
-                  .resume = params.resume});
+// Everything that differs from device to device: a new one is a line here, and its name in
+// params.h.
+struct DeviceEntry {
+  DeviceKind kind;
+  JointMapping (*mapping)();
+  std::unique_ptr<InputDevice> (*make)(const OmniParams&, const ArmModel&, const JointMapping&);
+};
+constexpr DeviceEntry kDevices[] = {
+    {DeviceKind::kScript, paper_mapping, make_script},
+    {DeviceKind::kWaypoints, paper_mapping, make_waypoints},
+    {DeviceKind::kRecorded, paper_mapping, make_recorded},  // or that of the recorded device
+    {DeviceKind::kOpenHaptics, paper_mapping, make_openhaptics},
+    {DeviceKind::kGamepad, gamepad_mapping, make_gamepad},
+    {DeviceKind::kKeyboard, keyboard_mapping, make_keyboard},
+    {DeviceKind::kSpaceMouse, spacemouse_mapping, make_spacemouse},
+};
+static_assert(std::size(kDevices) == names_of(DeviceKind{}).size());
+
+const DeviceEntry& entry_of(DeviceKind kind) {
+  const auto* at = std::find_if(std::begin(kDevices), std::end(kDevices),
+                                [kind](const DeviceEntry& entry) { return entry.kind == kind; });
+  FORESIGHT_CHECK(at != std::end(kDevices));
+  return *at;
 }
 
 }  // namespace
@@ -93,33 +148,19 @@ JointMapping load_mapping_file(const std::string& path, const ArmModel& arm) {
 }
 
 JointMapping choose_mapping(const OmniParams& params, const ArmModel& arm) {
-  JointMapping mapping = paper_mapping();
-  const std::string device = params.device == "recorded" && params.mapping_file.empty()
-                                 ? recorded_device(params.device_path)
-                                 : params.device;
-  if (device == "gamepad") mapping = gamepad_mapping();
-  if (device == "keyboard") mapping = keyboard_mapping();
-  if (device == "spacemouse") mapping = spacemouse_mapping();
-  if (!params.mapping_file.empty()) mapping = load_mapping_file(params.mapping_file, arm);
+  DeviceKind kind = params.device;
+  if (kind == DeviceKind::kRecorded && params.mapping_file.empty()) {
+    kind = value_named<DeviceKind>(recorded_device(params.device_path)).value_or(kind);
+  }
+  JointMapping mapping = params.mapping_file.empty() ? entry_of(kind).mapping()
+                                                     : load_mapping_file(params.mapping_file, arm);
   if (mapping.joints.size() > arm.joints.size()) mapping.joints.resize(arm.joints.size());
   return mapping;
 }
 
 std::unique_ptr<InputDevice> make_device(const OmniParams& params, const ArmModel& arm,
                                          const JointMapping& mapping) {
-  const int clutch_button = params.clutch_button > 0 ? params.clutch_button : 1;
-  if (params.device == "gamepad") return make_gamepad(params, mapping);
-  if (params.device == "keyboard") return make_keyboard(params);
-  if (params.device == "spacemouse") {
-    return std::make_unique<SpaceMouseDevice>(
-        SpaceMouseOptions{.dead_zone = params.dead_zone, .clutch_button = clutch_button});
-  }
-  if (params.device == "openhaptics") {
-    return std::make_unique<OpenHapticsDevice>(
-        OpenHapticsOptions{.device_name = params.device_path, .clutch_button = clutch_button});
-  }
-  if (params.device == "script") return make_script(params, arm, mapping);
-  return make_file(params);
+  return entry_of(params.device).make(params, arm, mapping);
 }
 
 }  // namespace foresight

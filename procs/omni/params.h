@@ -3,18 +3,42 @@
 #include <string>
 
 #include "common/params.h"
+#include "procs/omni/clutch.h"
 #include "procs/omni/joint_commander.h"
 #include "procs/omni/script_motion.h"
 
 namespace foresight {
 
+enum class DeviceKind {
+  kScript,
+  kWaypoints,
+  kRecorded,
+  kOpenHaptics,
+  kGamepad,
+  kKeyboard,
+  kSpaceMouse,
+};
+constexpr auto names_of(DeviceKind) {
+  using enum DeviceKind;
+  return std::array{EnumName{kScript, "script"},        EnumName{kWaypoints, "waypoints"},
+                    EnumName{kRecorded, "recorded"},    EnumName{kOpenHaptics, "openhaptics"},
+                    EnumName{kGamepad, "gamepad"},      EnumName{kKeyboard, "keyboard"},
+                    EnumName{kSpaceMouse, "spacemouse"}};
+}
+constexpr auto names_of(MotionMode) {
+  return std::array{EnumName{MotionMode::kAbsolute, "absolute"},
+                    EnumName{MotionMode::kRelative, "relative"}};
+}
+constexpr auto names_of(ClutchMode) {
+  return std::array{EnumName{ClutchMode::kHold, "hold"}, EnumName{ClutchMode::kToggle, "toggle"}};
+}
+
 struct OmniParams {
-  std::string device = "script";
+  DeviceKind device = DeviceKind::kScript;
   std::string device_path;
   std::string arm_file = "deploy/arms/wam4.yaml";
   std::string mapping_file;
-  std::string mode = "absolute";
-  std::string clutch = "hold";
+  ClutchMode clutch = ClutchMode::kHold;
   int clutch_button = 0;
   double rate_hz = 30;
   CommanderOptions commander;
@@ -31,10 +55,7 @@ struct OmniParams {
 
   template <class V>
   void visit(V& v) {
-    v("device", device,
-      {.choices = {"script", "waypoints", "recorded", "openhaptics", "gamepad", "keyboard",
-                   "spacemouse"},
-       .doc = "what the operator moves; script moves by itself"});
+    v("device", device, {.doc = "what the operator moves; script moves by itself"});
     v("device_path", device_path,
       {.doc = "gamepad: device file ('': /dev/input/js0); keyboard: terminal or FIFO ('': standard "
               "input); waypoints, recorded: the file; openhaptics: the device's name"});
@@ -43,9 +64,8 @@ struct OmniParams {
       {.doc =
            "from device axes to joints (deploy/mappings/*.yaml); '': the paper's, or that of the "
            "device"});
-    v("mode", mode,
-      {.choices = {"absolute", "relative"},
-       .doc =
+    v("mode", commander.mode,
+      {.doc =
            "of devices with joints: the arm goes where the device points, or follows its motion"});
     v("rate_hz", rate_hz, {.unit = "Hz", .min = 1, .max = 200, .doc = "of readings and commands"});
     visit_hand(v);
@@ -58,8 +78,7 @@ struct OmniParams {
   template <class V>
   void visit_hand(V& v) {
     v("clutch", clutch,
-      {.choices = {"hold", "toggle"},
-       .doc = "of the clutch button: engaged while it is held, or each press changes it"});
+      {.doc = "of the clutch button: engaged while it is held, or each press changes it"});
     v("clutch_button", clutch_button,
       {.unit = "1",
        .min = 0,

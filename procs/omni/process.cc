@@ -32,12 +32,12 @@ OmniProcess::OmniProcess(Node& node, const OmniParams& params, DeviceMaker make)
                                                  .domain = Domain::kOperator,
                                                  .rate_hz = params.rate_hz,
                                                  .doc = "where the arm's joints shall be"})),
-      clutch_(params.clutch == "toggle" ? ClutchMode::kToggle : ClutchMode::kHold) {
-  node.subscribe<joint_state_t>({.channel = "JOINT_STATE",
-                                 .domain = Domain::kOperator,
-                                 .doc = "where the arm is, so that engaging is no jump"},
-                                Queue::kLatest,
-                                [this](const joint_state_t& m) { on_joint_state(m); });
+      clutch_(params.clutch) {
+  joint_state_input_ = node.subscribe<joint_state_t>(
+      {.channel = "JOINT_STATE",
+       .domain = Domain::kOperator,
+       .doc = "where the arm is, so that engaging is no jump"},
+      Queue::kLatest, [this](const joint_state_t& m) { on_joint_state(m); });
   node.subscribe<controller_state_t>(
       {.channel = "CONTROLLER_STATE",
        .domain = Domain::kOperator,
@@ -63,9 +63,7 @@ void OmniProcess::start() {
   const JointMapping mapping = choose_mapping(params_, arm);
   device_ = make_(params_, arm, mapping);
   device_->open();
-  CommanderOptions options = params_.commander;
-  options.mode = params_.mode == "relative" ? MotionMode::kRelative : MotionMode::kAbsolute;
-  commander_.emplace(arm, mapping, options);
+  commander_.emplace(arm, mapping, params_.commander);
   robot_.emplace(RobotWatchOptions{.silence = seconds(params_.robot_silence_s),
                                    .longest_round_trip = seconds(params_.longest_round_trip_s)},
                  arm.size());
@@ -79,7 +77,7 @@ void OmniProcess::on_joint_state(const joint_state_t& state) {
       std::min<JointVector::Index>(state.n_joints, JointVector::MaxRowsAtCompileTime);
   const JointVector position_rad = JointVector::Map(state.position_rad.data(), count);
   if (state.n_joints != count || !commander_->set_measured(arrival, position_rad)) {
-    node_.reject_message("JOINT_STATE", "its joints are not those of " + params_.arm_file);
+    joint_state_input_.reject("its joints are not those of " + params_.arm_file);
     robot_->on_other_arm(arrival, state.n_joints);
     return;
   }
@@ -134,7 +132,7 @@ bool OmniProcess::heed_clutch(const DeviceReading& reading, const std::string& o
 void OmniProcess::publish_device(Time now, const DeviceReading& reading) {
   device_state_t state{};
   state.utime = now.us;
-  state.device = params_.device;
+  state.device = name_of(params_.device);
   state.connected = reading.connected ? 1 : 0;
   state.engaged = reading.engaged ? 1 : 0;
   // Deflections are no joint positions.

@@ -51,6 +51,7 @@ class OmniProcess : public Process {
   Node& node_;
   OmniParams params_;
   DeviceMaker make_;
+  Input joint_state_input_;
   Publisher<device_state_t> states_;
   Publisher<joint_command_t> commands_;
   std::unique_ptr<InputDevice> device_;
@@ -64,7 +65,7 @@ class OmniProcess : public Process {
   CommandSession session_;
   // Why the clutch has to be let go and pressed again.
   std::string let_go_because_ = "it was held when omni started";
-  std::string description_;     // of the device, as it was last said
+  std::string description_;  // of the device, as it was last said
   int engagements_ = 0;
 };
 

@@ -3,14 +3,32 @@
 #include <string>
 
 #include "common/params.h"
+#include "procs/renderer/hud.h"
 #include "procs/renderer/scene_renderer.h"
 
 namespace foresight {
 
+enum class Display { kAuto, kWindow, kHeadless };
+constexpr auto names_of(Display) {
+  return std::array{EnumName{Display::kAuto, "auto"}, EnumName{Display::kWindow, "window"},
+                    EnumName{Display::kHeadless, "headless"}};
+}
+constexpr auto names_of(Layout) {
+  return std::array{EnumName{Layout::kSideBySide, "side_by_side"},
+                    EnumName{Layout::kPredicted, "predicted"},
+                    EnumName{Layout::kDelayed, "delayed"}, EnumName{Layout::kInset, "inset"},
+                    EnumName{Layout::kUndelayed, "undelayed"}};
+}
+enum class Predict { kCameraPose, kRobot, kCommand };
+constexpr auto names_of(Predict) {
+  return std::array{EnumName{Predict::kCameraPose, "camera_pose"},
+                    EnumName{Predict::kRobot, "robot"}, EnumName{Predict::kCommand, "command"}};
+}
+
 struct RendererParams {
-  std::string display = "auto";
-  std::string layout = "side_by_side";
-  std::string predict = "camera_pose";
+  Display display = Display::kAuto;
+  Layout layout = Layout::kSideBySide;
+  Predict predict = Predict::kCameraPose;
   std::string arm_file = "deploy/arms/wam4.yaml";
   double velocity_limit_rad_per_s = 1;
   double acceleration_limit_rad_per_s2 = 1;
@@ -30,15 +48,12 @@ struct RendererParams {
   template <class V>
   void visit(V& v) {
     v("display", display,
-      {.choices = {"auto", "window", "headless"},
-       .doc = "a window, or off screen; auto: a window when there is a display"});
+      {.doc = "a window, or off screen; auto: a window when there is a display"});
     v("layout", layout,
-      {.choices = {"side_by_side", "predicted", "delayed", "inset", "undelayed"},
-       .doc = "1 delayed video, 2 predicted view, 3 side by side, 4 predicted with the delayed "
+      {.doc = "1 delayed video, 2 predicted view, 3 side by side, 4 predicted with the delayed "
               "video inset, 5 undelayed video (keys)"});
     v("predict", predict,
-      {.choices = {"camera_pose", "robot", "command"},
-       .doc = "the pose to draw: the newest undelayed CAMERA_POSE (recorded video); where the arm "
+      {.doc = "the pose to draw: the newest undelayed CAMERA_POSE (recorded video); where the arm "
               "will be, its controller's profile included; or the commanded joints themselves"});
     v("arm_file", arm_file, {.doc = "arm description, for robot and command"});
     v("velocity_limit_rad_per_s", velocity_limit_rad_per_s,

@@ -70,8 +70,8 @@ class RobotPoseSource : public PoseSource {
   void start() override {
     const ArmModel arm = load_arm_file(params_.arm_file);
     const CameraPredictorOptions options{
-        .joints =
-            params_.predict == "command" ? PredictedJoints::kCommand : PredictedJoints::kRobot,
+        .joints = params_.predict == Predict::kCommand ? PredictedJoints::kCommand
+                                                       : PredictedJoints::kRobot,
         .limits = {{params_.velocity_limit_rad_per_s, params_.acceleration_limit_rad_per_s2},
                    params_.limit_margin_rad,
                    seconds(params_.command_timeout_s)},
@@ -207,7 +207,7 @@ class RobotPoseSource : public PoseSource {
 
 std::unique_ptr<PoseSource> make_pose_source(Node& node, const RendererParams& params,
                                              std::function<void()> on_change) {
-  if (params.predict == "camera_pose") {
+  if (params.predict == Predict::kCameraPose) {
     return std::make_unique<RecordedPoseSource>(node, std::move(on_change));
   }
   return std::make_unique<RobotPoseSource>(node, params, std::move(on_change));

@@ -12,23 +12,15 @@
 namespace foresight {
 namespace {
 
-struct NamedLayout {
-  const char* name;
+struct LayoutKey {
   int key;
   Layout layout;
 };
-constexpr NamedLayout kLayouts[] = {{"delayed", '1', Layout::kDelayed},
-                                    {"predicted", '2', Layout::kPredicted},
-                                    {"side_by_side", '3', Layout::kSideBySide},
-                                    {"inset", '4', Layout::kInset},
-                                    {"undelayed", '5', Layout::kUndelayed}};
-
-Layout layout_of(const std::string& name) {
-  for (const NamedLayout& l : kLayouts) {
-    if (name == l.name) return l.layout;
-  }
-  return Layout::kSideBySide;
-}
+constexpr LayoutKey kLayoutKeys[] = {{'1', Layout::kDelayed},
+                                     {'2', Layout::kPredicted},
+                                     {'3', Layout::kSideBySide},
+                                     {'4', Layout::kInset},
+                                     {'5', Layout::kUndelayed}};
 
 ProcessState state_of(DisplayState state) {
   switch (state) {
@@ -75,7 +67,7 @@ RendererProcess::RendererProcess(Node& node, const RendererParams& params)
       mesh_requester_(node, "MESH", Domain::kOperator),
       since_judged_(!node.is_simulated()),
       judged_(node.now()),
-      layout_(layout_of(params.layout)) {
+      layout_(params.layout) {
   subscribe();
   poses_ = make_pose_source(node, params, [this] { request_draw(); });
   const Duration period = seconds(1.0 / params.idle_rate_hz);
@@ -98,20 +90,22 @@ RendererProcess::~RendererProcess() = default;
 
 void RendererProcess::subscribe() {
   const Domain here = Domain::kOperator;
-  node_.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .domain = here, .doc = "intrinsics"},
-                                 Queue::kLatest,
-                                 [this](const camera_info_t& m) { on_camera_info(m); });
-  node_.subscribe<view_t>(
+  camera_info_input_ = node_.subscribe<camera_info_t>(
+      {.channel = "CAMERA_INFO", .domain = here, .doc = "intrinsics"}, Queue::kLatest,
+      [this](const camera_info_t& m) { on_camera_info(m); });
+  view_input_ = node_.subscribe<view_t>(
       {.channel = "VIEW", .domain = here, .rate_hz = 30, .doc = "delayed video with its poses"},
       Queue::kLatest, [this](const view_t& m) { on_view(m); });
-  node_.subscribe<mesh_t>({.channel = "MESH", .domain = here, .doc = "the delayed model"},
-                          Queue::kLatest, [this](const mesh_t& m) { on_mesh(m); });
+  mesh_input_ =
+      node_.subscribe<mesh_t>({.channel = "MESH", .domain = here, .doc = "the delayed model"},
+                              Queue::kLatest, [this](const mesh_t& m) { on_mesh(m); });
   if (params_.undelayed_video || layout_ == Layout::kUndelayed) {
-    node_.subscribe<view_t>({.channel = "VIEW",
-                             .domain = Domain::kRobot,
-                             .rate_hz = 30,
-                             .doc = "undelayed video, for comparison"},
-                            Queue::kLatest, [this](const view_t& m) { on_undelayed_view(m); });
+    undelayed_view_input_ =
+        node_.subscribe<view_t>({.channel = "VIEW",
+                                 .domain = Domain::kRobot,
+                                 .rate_hz = 30,
+                                 .doc = "undelayed video, for comparison"},
+                                Queue::kLatest, [this](const view_t& m) { on_undelayed_view(m); });
   }
 }
 
@@ -120,7 +114,8 @@ int RendererProcess::triangles() const { return gl_->scene.triangles(); }
 void RendererProcess::start() {
   const bool has_display =
       std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
-  const bool window = params_.display == "window" || (params_.display == "auto" && has_display);
+  const bool window =
+      params_.display == Display::kWindow || (params_.display == Display::kAuto && has_display);
   const int height_px = params_.picture_width_px * 3 / 4;
   const int width_px = params_.picture_width_px * (layout_ == Layout::kSideBySide ? 2 : 1);
   poses_->start();
@@ -158,10 +153,10 @@ void RendererProcess::Stream::add(Time t) {
 void RendererProcess::on_camera_info(const camera_info_t& message) {
   const auto camera = from_message(message);
   if (!camera || !is_possible(*camera)) {
-    return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
+    return camera_info_input_.reject("makes no sense as intrinsics");
   }
   if (!camera_info_.offer(*camera)) {
-    return node_.reject_message("CAMERA_INFO", "contradicts the last: counts when it comes again");
+    return camera_info_input_.reject("contradicts the last: counts when it comes again");
   }
   camera_ = camera_info_.value();
 }
@@ -170,10 +165,10 @@ void RendererProcess::on_view(const view_t& message) {
   if (!camera_) return;
   const Time time{message.utime}, now = node_.now();
   const StampVerdict verdict = view_gate_.admit(now, time);
-  if (!is_taken(verdict)) return node_.reject_message("VIEW", to_string(verdict));
+  if (!is_taken(verdict)) return view_input_.reject(to_string(verdict));
   auto image = decode_image(message.image, 3);
   if (!image || gl_->video.set_image(*camera_, *image) != InputStatus::kAccepted) {
-    return node_.reject_message("VIEW", "image is damaged or not of the camera's size");
+    return view_input_.reject("image is damaged or not of the camera's size");
   }
   view_watch_.arrive(now);
   video_delay_.measure(now - time);
@@ -189,7 +184,7 @@ void RendererProcess::paint_with(const view_t& message, Image image) {
   const int64_t epoch_before = view_gate_.epoch();
   if (!view_gate_.may_paint({message.utime}, message.pose.epoch, *pose,
                             gl_->scene.scene_size_mu())) {
-    return node_.reject_message("VIEW", "its pose or its map contradicts the last");
+    return view_input_.reject("its pose or its map contradicts the last");
   }
   if (view_gate_.epoch() != epoch_before) {
     gl_->scene.clear_views();
@@ -197,7 +192,7 @@ void RendererProcess::paint_with(const view_t& message, Image image) {
   }
   const TexturingView view{message.utime, {message.utime}, *camera_, *pose, std::move(image)};
   if (gl_->scene.add_view(view) != InputStatus::kAccepted) {
-    return node_.reject_message("VIEW", "cannot be used as a texture");
+    return view_input_.reject("cannot be used as a texture");
   }
   texture_time_ = {message.utime};
 }
@@ -207,7 +202,7 @@ void RendererProcess::on_undelayed_view(const view_t& message) {
   if (!camera_ || layout_ != Layout::kUndelayed) return;
   const auto image = decode_image(message.image, 3);
   if (!image || gl_->undelayed.set_image(*camera_, *image) != InputStatus::kAccepted) {
-    return node_.reject_message("VIEW", "image is damaged or not of the camera's size");
+    return undelayed_view_input_.reject("image is damaged or not of the camera's size");
   }
   undelayed_.add({message.utime});
   request_draw();
@@ -215,15 +210,15 @@ void RendererProcess::on_undelayed_view(const view_t& message) {
 
 void RendererProcess::on_mesh(const mesh_t& message) {
   const auto mesh = from_message(message);
-  if (!mesh) return node_.reject_message("MESH", "indices or counts do not fit");
+  if (!mesh) return mesh_input_.reject("indices or counts do not fit");
   const MeshName name{message.epoch, message.version, {message.utime}, digest_of(*mesh)};
   if (!mesh_gate_.admit(node_.now(), name, view_gate_.epoch())) {
     ask_for_mesh();
-    return node_.reject_message("MESH", "does not follow the last: asked for again");
+    return mesh_input_.reject("does not follow the last: asked for again");
   }
   if (gl_->scene.set_mesh(*mesh) != InputStatus::kAccepted) {
     ask_for_mesh();
-    return node_.reject_message("MESH", "indices or counts do not fit");
+    return mesh_input_.reject("indices or counts do not fit");
   }
   mesh_requester_.satisfied();
 }
@@ -352,7 +347,7 @@ void RendererProcess::publish_stats(bool has_prediction, Time begin, Duration dr
 
 void RendererProcess::handle_keys() {
   for (int key : gl_->context->take_keys()) {
-    for (const NamedLayout& l : kLayouts) {
+    for (const LayoutKey& l : kLayoutKeys) {
       if (key == l.key) layout_ = l.layout;
     }
     if (key == 'Q') node_.finish("closed by key", kExitDone);

@@ -105,6 +105,7 @@ class RendererProcess : public Process {
 
   Node& node_;
   RendererParams params_;
+  Input camera_info_input_, view_input_, undelayed_view_input_, mesh_input_;
   Publisher<display_stats_t> stats_;
   SnapshotRequester mesh_requester_;
   std::unique_ptr<PoseSource> poses_;

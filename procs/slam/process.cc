@@ -41,15 +41,15 @@ SlamProcess::SlamProcess(Node& node, const SlamParams& params,
       shelf_(params.map_root),
       run_(run) {
   if (!params.map_folder.empty()) start_map_ = read_map_folder(params.map_folder);
-  node.subscribe<camera_info_t>({.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"},
-                                Queue::kLatest,
-                                [this](const camera_info_t& m) { on_camera_info(m); });
-  node.subscribe<image_t>({.channel = "IMAGE", .rate_hz = 30, .doc = "frames"}, Queue::kLatest,
-                          [this](const image_t& m) { on_image(m); });
-  node.subscribe<slam_command_t>(
+  camera_info_input_ = node.subscribe<camera_info_t>(
+      {.channel = "CAMERA_INFO", .rate_hz = 1, .doc = "intrinsics"}, Queue::kLatest,
+      [this](const camera_info_t& m) { on_camera_info(m); });
+  image_input_ = node.subscribe<image_t>({.channel = "IMAGE", .rate_hz = 30, .doc = "frames"},
+                                         Queue::kLatest, [this](const image_t& m) { on_image(m); });
+  command_input_ = node.subscribe<slam_command_t>(
       {.channel = "SLAM_COMMAND", .doc = "orders: save, load or reset the map"}, Queue::kAll,
       [this](const slam_command_t& m) { on_command(m); });
-  node.subscribe<pose_hint_t>(
+  hint_input_ = node.subscribe<pose_hint_t>(
       {.channel = "POSE_HINT", .doc = "where the arm says that the camera is", .optional = true},
       Queue::kLatest, [this](const pose_hint_t& m) { on_hint(m); });
   node.subscribe<snapshot_request_t>(
@@ -68,13 +68,13 @@ void SlamProcess::watch_input() {
 
 void SlamProcess::on_camera_info(const camera_info_t& message) {
   const auto stated = from_message(message);
-  if (!stated) return node_.reject_message("CAMERA_INFO", "makes no sense as intrinsics");
+  if (!stated) return camera_info_input_.reject("makes no sense as intrinsics");
   switch (camera_.offer(node_.now(), *stated)) {
     case CameraVerdict::kSame:
       return;
     case CameraVerdict::kDoubted:
       last_doubt_ = node_.now();
-      return node_.reject_message("CAMERA_INFO", "contradicts the one before");
+      return camera_info_input_.reject("contradicts the one before");
     case CameraVerdict::kNew:
       begin_with_camera();
       begin_in_start_map();
@@ -92,7 +92,7 @@ void SlamProcess::begin_in_start_map() {
   if (!start_map_) return;
   if (take_over(*start_map_)) return start_map_.reset();
   file_trouble_ = params_.map_folder + ": a map of another camera";
-  node_.reject_message("CAMERA_INFO", "is not that of " + params_.map_folder);
+  camera_info_input_.reject("is not that of " + params_.map_folder);
 }
 
 void SlamProcess::on_image(const image_t& message) {
@@ -149,17 +149,17 @@ int64_t SlamProcess::images_passed_over() const {
 void SlamProcess::reject(const char* why) {
   rejection_ = why;
   last_rejection_ = node_.now();
-  node_.reject_message("IMAGE", why);
+  image_input_.reject(why);
 }
 
 void SlamProcess::on_hint(const pose_hint_t& hint) {
   const auto pose = read_pose(hint);
   if (!pose || pose->translation().norm() > kFarthest_mu) {
-    return node_.reject_message("POSE_HINT", "its pose is none");
+    return hint_input_.reject("its pose is none");
   }
   if (!slam_ || hint.epoch != epoch_) return;  // of another map
   if (hint.utime < (last_image_ - kHintAge).us || hint.utime > (last_image_ + kHintAge).us) {
-    return node_.reject_message("POSE_HINT", "is of another time than the images");
+    return hint_input_.reject("is of another time than the images");
   }
   slam_->hint({hint.utime}, *pose);
 }

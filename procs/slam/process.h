@@ -89,6 +89,7 @@ class SlamProcess : public Process {
 
   Node& node_;
   SlamParams params_;
+  Input camera_info_input_, image_input_, command_input_, hint_input_;
   Publisher<camera_pose_t> poses_;
   Publisher<view_t> views_;
   Publisher<slam_answer_t> answers_;

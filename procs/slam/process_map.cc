@@ -90,7 +90,7 @@ void SlamProcess::answer(const Order& order, OrderOutcome outcome, const std::st
 }
 
 void SlamProcess::refuse(const Order& order, const std::string& why) {
-  node_.reject_message("SLAM_COMMAND", why);
+  command_input_.reject(why);
   answer(order, OrderOutcome::kRefused, why);
 }
 

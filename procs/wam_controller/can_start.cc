@@ -1,5 +1,6 @@
 #include "procs/wam_controller/can_start.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -11,14 +12,14 @@ namespace foresight {
 namespace {
 
 JointVector torque_units_of(const WamControllerParams& params, int joint_count) {
-  std::istringstream words(params.can_torque_units_per_nm);
-  JointVector units(joint_count);
-  for (int i = 0; i < joint_count; ++i) {
-    if (!(words >> units[i]) || !(units[i] > 0)) {
-      throw ConfigError("can_torque_units_per_nm: needs " + std::to_string(joint_count) +
-                        " numbers above 0: the pucks' property IPNM");
-    }
+  const std::vector<double>& given = params.can_torque_units_per_nm;
+  const bool all_positive = std::all_of(given.begin(), given.end(), [](double u) { return u > 0; });
+  if (given.size() != static_cast<size_t>(joint_count) || !all_positive) {
+    throw ConfigError("can_torque_units_per_nm: needs " + std::to_string(joint_count) +
+                      " numbers above 0: the pucks' property IPNM");
   }
+  JointVector units(joint_count);
+  std::copy(given.begin(), given.end(), units.data());
   return units;
 }
 

@@ -28,7 +28,7 @@ ControllerOptions options_of(const WamControllerParams& p) {
       .inertia_feed_forward = p.inertia_feed_forward,
       .gravity_in_base_m_per_s2 = level_from_base.transpose() * Vector3d(0, 0, -kGravity_m_per_s2),
       .weight_tolerance_nm = p.weight_tolerance_nm,
-      .is_weighed_first = p.hardware == "can"};
+      .is_weighed_first = p.hardware == Hardware::kCan};
 }
 
 void check_margin(const ArmModel& arm, const WamControllerParams& params) {

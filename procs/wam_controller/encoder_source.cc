@@ -8,7 +8,7 @@ EncoderSource::EncoderSource(Node& node, std::function<void()> on_reading)
       torques_(node.advertise<arm_torques_t>({.channel = "ARM_TORQUES",
                                               .rate_hz = 500,
                                               .doc = "motor torques, one for each reading"})) {
-  node.subscribe<arm_encoders_t>(
+  input_ = node.subscribe<arm_encoders_t>(
       {.channel = "ARM_ENCODERS", .rate_hz = 500, .doc = "motor positions, safety board"},
       Queue::kLatest, [this](const arm_encoders_t& m) { on_encoders(m); });
 }
@@ -34,7 +34,7 @@ const char* EncoderSource::find_error(const arm_encoders_t& message) const {
 
 void EncoderSource::on_encoders(const arm_encoders_t& message) {
   if (const char* error = find_error(message); error != nullptr) {
-    node_.reject_message("ARM_ENCODERS", error);
+    input_.reject(error);
     return;
   }
   encoders_ = message;

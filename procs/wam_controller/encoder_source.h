@@ -29,6 +29,7 @@ class EncoderSource : public ArmHardware {
 
   Node& node_;
   std::function<void()> on_reading_;
+  Input input_;
   Publisher<arm_torques_t> torques_;
   std::optional<Transmission> transmission_;
   Duration max_age_{0};

@@ -1,16 +1,22 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/params.h"
 
 namespace foresight {
 
+enum class Hardware { kSim, kCan };
+constexpr auto names_of(Hardware) {
+  return std::array{EnumName{Hardware::kSim, "sim"}, EnumName{Hardware::kCan, "can"}};
+}
+
 struct WamControllerParams {
   std::string arm_file = "deploy/arms/wam4.yaml";
-  std::string hardware = "sim";
+  Hardware hardware = Hardware::kSim;
   std::string can_interface = "can0";
-  std::string can_torque_units_per_nm;
+  std::vector<double> can_torque_units_per_nm;
   double can_home_confirmed_at_s = 0;
   std::string can_home_file = "out/run/can_home.txt";
   double velocity_limit_rad_per_s = 1;
@@ -33,11 +39,10 @@ struct WamControllerParams {
   void visit(V& v) {
     v("arm_file", arm_file, {.doc = "description file of the arm (deploy/arms)"});
     v("hardware", hardware,
-      {.choices = {"sim", "can"},
-       .doc = "sim: ARM_ENCODERS in, ARM_TORQUES out; can: the arm's CAN bus"});
+      {.doc = "sim: ARM_ENCODERS in, ARM_TORQUES out; can: the arm's CAN bus"});
     v("can_interface", can_interface, {.doc = "network interface of the CAN bus"});
     v("can_torque_units_per_nm", can_torque_units_per_nm,
-      {.doc = "of each motor, separated by spaces: the pucks' property IPNM (needed by can)"});
+      {.doc = "of each motor: the pucks' property IPNM (needed by can)"});
     v("can_home_confirmed_at_s", can_home_confirmed_at_s,
       {.unit = "s",
        .min = 0,

@@ -37,7 +37,7 @@ WamControllerProcess::WamControllerProcess(Node& node, const WamControllerParams
   node.subscribe<joint_command_t>(
       {.channel = "JOINT_COMMAND", .rate_hz = 30, .doc = "where the operator wants the joints"},
       Queue::kAll, [this](const joint_command_t& m) { on_command(m); });
-  if (params.hardware == "sim") {
+  if (params.hardware == Hardware::kSim) {
     messages_ = std::make_unique<EncoderSource>(node, [this] { step(); });
   } else {
     node.every(kPeriod, "control", [this] { step(); });

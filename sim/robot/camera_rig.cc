@@ -1,6 +1,5 @@
 #include "sim/robot/camera_rig.h"
 
-#include <sstream>
 #include <utility>
 
 #include "common/errors.h"
@@ -16,13 +15,13 @@ LabOptions lab_options(const SimParams& params) {
   LabOptions options;
   options.seed = static_cast<uint64_t>(params.seed);
   options.letters = params.letters;
-  std::istringstream places(params.panel_places), leds(params.lit_leds);
-  for (size_t i = 0; i < options.panel_places.size(); ++i) {
-    std::string row;
-    if (!(places >> options.panel_places[i])) {
-      throw ConfigError("panel_places: needs two numbers, as in '0 3'");
-    }
-    leds >> row;
+  const size_t panels = options.panel_places.size();
+  if (params.panel_places.size() != panels) {
+    throw ConfigError("panel_places: needs two numbers, as in '0 3'");
+  }
+  for (size_t i = 0; i < panels; ++i) {
+    options.panel_places[i] = params.panel_places[i];
+    const std::string row = i < params.lit_leds.size() ? params.lit_leds[i] : "";
     if (row.size() != 9 || row.find_first_not_of("01") != std::string::npos) {
       throw ConfigError("lit_leds: needs nine 0 or 1 per panel, as in '111101111 111111111'");
     }

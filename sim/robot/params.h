@@ -1,10 +1,27 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/params.h"
+#include "sim/base/base_script.h"
+#include "sim/ray_camera.h"
 
 namespace foresight::sim {
+
+constexpr auto names_of(BaseScript::Kind) {
+  using enum BaseScript::Kind;
+  return std::array{EnumName{kStill, "still"}, EnumName{kPush, "push"}, EnumName{kRamp, "ramp"},
+                    EnumName{kWaves, "waves"}, EnumName{kRandomWalk, "random_walk"}};
+}
+constexpr auto names_of(Antialiasing) {
+  using enum Antialiasing;
+  return std::array{EnumName{kNone, "none"}, EnumName{kEdges, "edges"}, EnumName{kFull, "full"}};
+}
+enum class WorldClock { kHost, kOwn };
+constexpr auto names_of(WorldClock) {
+  return std::array{EnumName{WorldClock::kHost, "host"}, EnumName{WorldClock::kOwn, "own"}};
+}
 
 struct SimParams {
   std::string arm_file = "deploy/arms/wam4.yaml";
@@ -12,7 +29,7 @@ struct SimParams {
   double heartbeat_s = 0.1;
   double friction = 1;
 
-  std::string base_motion = "still";
+  BaseScript::Kind base_motion = BaseScript::Kind::kStill;
   double base_start_s = 5;
   double base_duration_s = 1;
   double base_amplitude_m = 0.1;
@@ -23,8 +40,8 @@ struct SimParams {
 
   std::string scene = "lab";
   std::string letters = "DABCEF";
-  std::string panel_places = "0 3";
-  std::string lit_leds = "111101111 111111111";
+  std::vector<int> panel_places = {0, 3};
+  std::vector<std::string> lit_leds = {"111101111", "111111111"};
   double camera_rate_hz = 30;
   int camera_width_px = 640;
   double camera_latency_s = 0.03;
@@ -32,11 +49,11 @@ struct SimParams {
   double camera_exposure = 1;
   double camera_noise_levels = 1.5;
   bool camera_distorted = false;
-  std::string camera_antialiasing = "none";
+  Antialiasing camera_antialiasing = Antialiasing::kNone;
   int jpeg_quality = 85;
 
   double truth_rate_hz = 100;
-  std::string clock = "host";
+  WorldClock clock = WorldClock::kHost;
   double speed = 1;
   int seed = 1;
 
@@ -48,8 +65,7 @@ struct SimParams {
     v("truth_rate_hz", truth_rate_hz,
       {.unit = "Hz", .min = 0, .max = 500, .doc = "of TRUTH_STATE; 0: none"});
     v("clock", clock,
-      {.choices = {"host", "own"},
-       .doc = "host: the world lives by this process's clock; own: it runs at its own pace, waits "
+      {.doc = "host: the world lives by this process's clock; own: it runs at its own pace, waits "
               "for the controller and for its own pictures, and publishes CLOCK"});
     v("speed", speed,
       {.unit = "1",
@@ -79,8 +95,7 @@ struct SimParams {
   template <class V>
   void visit_base(V& v) {
     v("base_motion", base_motion,
-      {.choices = {"still", "push", "ramp", "waves", "random_walk"},
-       .doc = "how the base is moved about; nothing but the truth tells"});
+      {.doc = "how the base is moved about; nothing but the truth tells"});
     v("base_start_s", base_start_s,
       {.unit = "s", .min = 0, .max = 1e6, .doc = "after the start, when that begins"});
     v("base_duration_s", base_duration_s,
@@ -125,7 +140,7 @@ struct SimParams {
       {.unit = "1", .min = 0, .max = 64, .doc = "standard deviation, in 8-bit levels"});
     v("camera_distorted", camera_distorted, {.doc = "a lens with barrel distortion"});
     v("camera_antialiasing", camera_antialiasing,
-      {.choices = {"none", "edges", "full"}, .doc = "which pixels get four rays instead of one"});
+      {.doc = "which pixels get four rays instead of one"});
     v("jpeg_quality", jpeg_quality, {.unit = "1", .min = 1, .max = 100, .doc = "of IMAGE"});
   }
 };

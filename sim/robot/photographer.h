@@ -3,7 +3,7 @@
 // and CAMERA_INFO at 1 Hz.
 //
 //   Photographer photographer(node, params);           // declares the channels
-//   photographer.start(rig, robot.now());
+//   photographer.start(rig, robot.now(), on_done);
 //   photographer.on_tick(robot);                        // after every tick
 //   if (photographer.is_late_for(next_tick)) …          // a world of its own pace waits
 #pragma once

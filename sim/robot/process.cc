@@ -16,19 +16,11 @@ constexpr Duration kLookEvery = milliseconds(1);  // for whether the own clock m
 
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
-BaseScript::Kind base_kind(const std::string& name) {
-  if (name == "push") return BaseScript::Kind::kPush;
-  if (name == "ramp") return BaseScript::Kind::kRamp;
-  if (name == "waves") return BaseScript::Kind::kWaves;
-  if (name == "random_walk") return BaseScript::Kind::kRandomWalk;
-  return BaseScript::Kind::kStill;
-}
-
 RobotParams robot_params(const SimParams& p) {
   RobotParams robot;
   robot.plant.coulomb_share *= p.friction;
   robot.plant.viscous_share_s *= p.friction;
-  robot.base = {.kind = base_kind(p.base_motion),
+  robot.base = {.kind = p.base_motion,
                 .start_s = p.base_start_s,
                 .duration_s = p.base_duration_s,
                 .amplitude_m = p.base_amplitude_m,
@@ -47,9 +39,7 @@ CameraRigParams rig_params(const SimParams& p) {
   rig.camera = {.model = sequence_camera(p.camera_width_px, p.camera_distorted),
                 .exposure = p.camera_exposure,
                 .noise_levels = p.camera_noise_levels,
-                .antialiasing = p.camera_antialiasing == "none"    ? Antialiasing::kNone
-                                : p.camera_antialiasing == "edges" ? Antialiasing::kEdges
-                                                                   : Antialiasing::kFull};
+                .antialiasing = p.camera_antialiasing};
   rig.jpeg_quality = p.jpeg_quality;
   return rig;
 }
@@ -59,14 +49,14 @@ CameraRigParams rig_params(const SimParams& p) {
 SimProcess::SimProcess(Node& node, const SimParams& params)
     : node_(node),
       params_(params),
-      has_own_clock_(params.clock == "own"),
+      has_own_clock_(params.clock == WorldClock::kOwn),
       encoders_(node.advertise<arm_encoders_t>(
           {.channel = "ARM_ENCODERS", .rate_hz = 500, .doc = "motors and safety board"})),
       truths_(node.advertise<truth_t>({.channel = "TRUTH_STATE",
                                        .rate_hz = params.truth_rate_hz,
                                        .doc = "what is really so, for evaluation alone"})),
       pacer_(params.speed, kTick) {
-  node.subscribe<arm_torques_t>(
+  torque_input_ = node.subscribe<arm_torques_t>(
       {.channel = "ARM_TORQUES", .rate_hz = 500, .doc = "the controller's answer to encoders"},
       Queue::kAll, [this](const arm_torques_t& m) { on_torques(m); });
   node.subscribe<pendant_t>({.channel = "PENDANT", .doc = "a person presses a button"}, Queue::kAll,
@@ -157,13 +147,12 @@ void SimProcess::publish_encoders() {
 
 void SimProcess::on_torques(const arm_torques_t& message) {
   if (message.n_motors != robot_->joint_count()) {
-    return node_.reject_message("ARM_TORQUES", "has another number of motors than the arm");
+    return torque_input_.reject("has another number of motors than the arm");
   }
   if (!robot_->take_torques({message.utime},
                             JointVector::Map(message.motor_torque_nm.data(), message.n_motors))) {
     ++refused_torques_;
-    return node_.reject_message("ARM_TORQUES",
-                                "answers no reading of this arm, or one that is answered already");
+    return torque_input_.reject("answers no reading of this arm, or one that is answered already");
   }
   pacer_.on_torques(message.utime == robot_->now().us);
   if (has_own_clock_) run_at_own_pace();

@@ -41,6 +41,7 @@ class SimProcess : public Process {
   Node& node_;
   SimParams params_;
   bool has_own_clock_;
+  Input torque_input_;
   Publisher<arm_encoders_t> encoders_;
   Publisher<truth_t> truths_;
   std::vector<Publisher<sim_clock_t>> clocks_;  // none on the host's clock

@@ -238,7 +238,7 @@ TEST_F(ProcessTest, LostTrackingIsDegraded) {
 
 TEST_F(ProcessTest, TheClassicFilterIsAChoice) {
   CalibratorParams params;
-  params.filter = "paper";
+  params.options.filter.kind = calibration::BaseFilterKind::kPaper;
   start({}, params);
   run(12);
   EXPECT_EQ(base_.state, +base_pose_t::STATE_MEASURED);

@@ -74,7 +74,7 @@ TEST_F(CameraProcessTest, MayPlayFaster) {
 }
 
 TEST_F(CameraProcessTest, MayKeepTheRecordedStamps) {
-  params_.stamps = "original";
+  params_.stamps = Stamps::kOriginal;
   run(seconds(5));
   EXPECT_EQ(images_.at(3).utime, 100'300'000);
 }
@@ -114,7 +114,7 @@ TEST_F(CameraProcessTest, MayEndTheProcessAtTheEnd) {
 }
 
 TEST_F(CameraProcessTest, WaitsForSlamsAnswerWhenItIsToBeConsumed) {
-  params_.pace = "consumed";
+  params_.pace = Pace::kConsumed;
   answers_ = true;
   run(seconds(2));
   ASSERT_EQ(images_.size(), 10u);
@@ -124,7 +124,7 @@ TEST_F(CameraProcessTest, WaitsForSlamsAnswerWhenItIsToBeConsumed) {
 }
 
 TEST_F(CameraProcessTest, GoesOnWhenNobodyAnswers) {
-  params_.pace = "consumed";
+  params_.pace = Pace::kConsumed;
   run(seconds(30));
   EXPECT_EQ(images_.size(), 10u) << "one frame every two seconds";
 }

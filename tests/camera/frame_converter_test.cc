@@ -55,7 +55,7 @@ TEST(FrameConverter, KeepsTheBytesOfAJpegThatNeedsNothing) {
 TEST(FrameConverter, ReducesImageAndIntrinsicsTogether) {
   CameraParams params;
   params.max_width_px = 64;
-  params.encoding = "gray";
+  params.encoding = Encoding::kGray;
   FrameConverter converter(make_camera(128, 96), params);
   const CameraModel& camera = converter.output_camera();
   EXPECT_EQ(camera.width_px, 64);
@@ -76,7 +76,7 @@ TEST(FrameConverter, ReducesImageAndIntrinsicsTogether) {
 TEST(FrameConverter, RemovesDistortion) {
   CameraParams params;
   params.undistort = true;
-  params.encoding = "gray";
+  params.encoding = Encoding::kGray;
   const CameraModel distorted = make_camera(96, 64, -0.15);
   FrameConverter converter(distorted, params);
   const CameraModel& camera = converter.output_camera();

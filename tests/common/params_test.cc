@@ -7,11 +7,18 @@
 namespace foresight {
 namespace {
 
+enum class Mode { kA, kB };
+constexpr auto names_of(Mode) {
+  return std::array{EnumName{Mode::kA, "a"}, EnumName{Mode::kB, "b"}};
+}
+
 struct TestParams {
   double gain = 0.5;
   int count = 3;
   bool fast = false;
-  std::string mode = "a";
+  Mode mode = Mode::kA;
+  std::vector<int> places = {0, 3};
+  std::vector<std::string> names;
   std::string text;
 
   template <class V>
@@ -19,7 +26,9 @@ struct TestParams {
     v("gain", gain, {.unit = "1", .min = 0, .max = 1, .doc = "a share"});
     v("count", count, {.min = 1, .max = 10, .doc = "a number"});
     v("fast", fast, {.doc = "a switch"});
-    v("mode", mode, {.choices = {"a", "b"}, .doc = "a choice"});
+    v("mode", mode, {.doc = "a choice"});
+    v("places", places, {.min = 0, .max = 9, .doc = "some numbers"});
+    v("names", names, {.doc = "some words"});
     v("text", text, {.doc = "free text"});
   }
 };
@@ -53,7 +62,7 @@ void expect_parts(const std::string& line, std::initializer_list<std::string> pa
 TEST_F(Params, AreTheDefaultsWhenNothingIsGiven) {
   const TestParams p = load_params<TestParams>({});
   EXPECT_EQ(p.gain, 0.5);
-  EXPECT_EQ(p.mode, "a");
+  EXPECT_EQ(p.mode, Mode::kA);
   EXPECT_EQ(load_file("").count, 3);
   EXPECT_EQ(load_file("# only a comment\n").count, 3);
 }
@@ -67,7 +76,7 @@ TEST_F(Params, ComeFromAFileAndAreOverridden) {
   EXPECT_EQ(p.gain, 0.25);
   EXPECT_EQ(p.count, 8);
   EXPECT_TRUE(p.fast);
-  EXPECT_EQ(p.mode, "b");
+  EXPECT_EQ(p.mode, Mode::kB);
   EXPECT_EQ(p.text, "x=y z");
 }
 
@@ -113,6 +122,33 @@ TEST_F(Params, RefusesAWordThatIsNoChoice) {
   expect_parts(set_refusal("mode=c"), {"mode", "'c'", "a, b"});
 }
 
+TEST_F(Params, AListIsYamlsOrOneText) {
+  using Numbers = std::vector<int>;
+  EXPECT_EQ(load_file("places: [4, 5, 6]\n").places, (Numbers{4, 5, 6}));
+  EXPECT_EQ(load_file("places: 4 5,6\n").places, (Numbers{4, 5, 6}));
+  EXPECT_EQ(load_file("places: 7\n").places, Numbers{7});
+  EXPECT_EQ(load_file("places: []\n").places, Numbers{});
+  EXPECT_EQ(load_set({"places= 4, 5 "}).places, (Numbers{4, 5}));
+  EXPECT_EQ(load_set({"places="}).places, Numbers{});
+  EXPECT_EQ(load_file("names: [a b, ~x]\n").names, (std::vector<std::string>{"a b", "~x"}));
+  EXPECT_EQ(load_set({"names=MESH VIEW"}).names, (std::vector<std::string>{"MESH", "VIEW"}));
+}
+
+TEST_F(Params, RefusesAListByItsElements) {
+  expect_parts(set_refusal("places=4 10"), {"places", "10", "[0, 9]"});
+  expect_parts(set_refusal("places=4 x"), {"places", "'x'", "int"});
+  expect_parts(file_refusal("places: [1, [2]]\n"), {"places", "list"});
+  expect_parts(file_refusal("places: {a: 1}\n"), {"places", "list"});
+  expect_parts(file_refusal("places:\n"), {"places"});
+  expect_parts(file_refusal("mode: [a]\n"), {"mode", "a, b"});
+}
+
+TEST_F(Params, AChoiceHasANameAndANameIsAChoice) {
+  EXPECT_STREQ(name_of(Mode::kB), "b");
+  EXPECT_EQ(value_named<Mode>("b"), Mode::kB);
+  EXPECT_FALSE(value_named<Mode>("c"));
+}
+
 TEST_F(Params, RefusesAKeyThatIsGivenTwice) {
   expect_parts(file_refusal("gain: 0.1\ngain: 0.2\n"), {"p.yaml", "gain", "twice"});
 }
@@ -136,13 +172,15 @@ TEST_F(Params, DescribeThemselves) {
   ParamSource source;
   source.override_with("gain=0.25");
   load_params<TestParams>(std::move(source), &descriptions);
-  ASSERT_EQ(descriptions.size(), 5u);
+  ASSERT_EQ(descriptions.size(), 7u);
   EXPECT_EQ(descriptions[0].key, "gain");
   EXPECT_EQ(descriptions[0].value, "0.25");
   EXPECT_EQ(descriptions[0].unit, "1");
   EXPECT_EQ(descriptions[1].type, "int");
   EXPECT_EQ(descriptions[2].value, "false");
   EXPECT_EQ(descriptions[3].choices, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(descriptions[4].type, "int list");
+  EXPECT_EQ(descriptions[4].value, "0 3");
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ TEST_F(LinkProcessTest, CarriesBytesUnreadAndDelayedPerDirection) {
 
 TEST_F(LinkProcessTest, CarriesOnlyTheChannelsThatAreListed) {
   LinkParams params;
-  params.to_operator_channels = "  MESH ";
+  params.to_operator_channels = {"MESH"};
   start(params);
   send(Domain::kRobot, "VIEW", {1});
   send(Domain::kRobot, "MESH", {2});

@@ -60,12 +60,12 @@ TEST(DeviceConfig, EachDeviceHasItsMappingAndAFileReplacesIt) {
   OmniParams params;
   const ArmModel arm = wam4();
   EXPECT_EQ(choose_mapping(params, arm).axes_needed(), 3);
-  params.device = "gamepad";
+  params.device = DeviceKind::kGamepad;
   EXPECT_EQ(choose_mapping(params, arm).axes_needed(), 5);
-  params.device = "keyboard";
+  params.device = DeviceKind::kKeyboard;
   EXPECT_EQ(choose_mapping(params, arm).axes_needed(), 4) << "cut to the arm's joints";
   EXPECT_EQ(choose_mapping(params, wam7()).axes_needed(), 7);
-  params.device = "spacemouse";
+  params.device = DeviceKind::kSpaceMouse;
   EXPECT_EQ(choose_mapping(params, arm).axes_needed(), 5);
   params.mapping_file = deploy_file("mappings/omni_wam.yaml");
   EXPECT_EQ(choose_mapping(params, arm).axes_needed(), 3);
@@ -74,7 +74,7 @@ TEST(DeviceConfig, EachDeviceHasItsMappingAndAFileReplacesIt) {
 TEST(DeviceConfig, ARecordingHasTheMappingOfItsDevice) {
   const TemporaryFolder folder;
   OmniParams params;
-  params.device = "recorded";
+  params.device = DeviceKind::kRecorded;
   params.device_path = folder.path() + "/sticks.lcmlog";
   device_state_t state{};
   state.device = "gamepad";

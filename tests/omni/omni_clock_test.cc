@@ -59,7 +59,7 @@ class OmniClockTest : public testing::Test {
  protected:
   OmniClockTest() {
     params_.arm_file = deploy_file("arms/wam4.yaml");
-    params_.device = "gamepad";
+    params_.device = DeviceKind::kGamepad;
     omni_.emplace(node_, params_, [this](const OmniParams&, const ArmModel&, const JointMapping&) {
       return std::make_unique<HeldButton>(&is_pressed_);
     });

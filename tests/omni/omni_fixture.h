@@ -65,7 +65,7 @@ class OmniProcessTest : public testing::Test {
   }
   /// Ready, then engaged with these sticks.
   void start_with_sticks(std::vector<double> axes) {
-    params_.device = "gamepad";
+    params_.device = DeviceKind::kGamepad;
     reading_ = deflections(std::move(axes));
     start(true);
     run(1.5);

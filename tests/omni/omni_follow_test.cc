@@ -136,7 +136,7 @@ TEST_F(OmniFollowTest, ANormalEngagementSurvivesALongRoundTrip) {
 
 TEST_F(OmniFollowTest, DoesNotEngageWithoutKnowingWhereTheArmIs) {
   reading_ = deflections({0, 0, 0, 0, 0});
-  params_.device = "gamepad";
+  params_.device = DeviceKind::kGamepad;
   start(true);
   robot_->says_joints = false;
   robot_->position_rad = {0.6, -0.25, 0, 2};

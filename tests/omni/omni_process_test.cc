@@ -99,7 +99,7 @@ TEST_F(OmniProcessTest, SaysThatTheDeviceHasGoneAndWaitsForARelease) {
 }
 
 TEST_F(OmniProcessTest, TogglesWhenToldSo) {
-  params_.clutch = "toggle";
+  params_.clutch = ClutchMode::kToggle;
   start(true);
   run(0.5);
   press(true, 0.5);
@@ -155,7 +155,7 @@ TEST_F(OmniProcessTest, PublishesDeflectionsAsNoJoints) {
 }
 
 TEST_F(OmniProcessTest, PlaysWaypointsInJointsOfTheArm) {
-  params_.device = "waypoints";
+  params_.device = DeviceKind::kWaypoints;
   params_.device_path =
       folder_.write("way.csv", "time_s,j1,j2,j3,j4\n0,0,-0.25,0,2.25\n3,0.5,-0.25,0,2\n");
   params_.mapping_file = deploy_file("mappings/direct.yaml");

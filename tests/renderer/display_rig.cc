@@ -5,17 +5,15 @@
 #include "common/messages.h"
 
 namespace foresight {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 DisplayRig::DisplayRig()
     : camera_(pinhole_camera().scaled(0.5)),
       map_from_cam_(scene_.pose(0, 0, 0)),
       arm_(load_arm_file(FORESIGHT_DEPLOY "/arms/wam4.yaml")) {
-  params.display = "headless";
-  params.layout = "predicted";
-  params.predict = "robot";
+  params.display = Display::kHeadless;
+  params.layout = Layout::kPredicted;
+  params.predict = Predict::kRobot;
   params.arm_file = FORESIGHT_DEPLOY "/arms/wam4.yaml";
   params.picture_width_px = 160;
   params.used_views = 2;

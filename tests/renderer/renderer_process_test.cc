@@ -126,7 +126,7 @@ TEST_F(RendererProcessTest, ClocksThatDifferAreSaidInMillisecondsAndNothingIsGue
 }
 
 TEST_F(RendererProcessTest, AnUndelayedImageIsCountedOnItsOwnPort) {
-  rig_.params.layout = "undelayed";
+  rig_.params.layout = Layout::kUndelayed;
   start();
   view_t damaged = rig_.view();
   damaged.image.data.resize(7);

@@ -191,7 +191,7 @@ TEST_F(RobotWorld, ATorqueThatComesFirstActsForOneTick) {
 }
 
 TEST_F(RobotWorld, IsPushedAlongWithItsBase) {
-  params_.base_motion = "push";
+  params_.base_motion = BaseScript::Kind::kPush;
   params_.base_start_s = 1;
   params_.base_amplitude_m = 0.1;
   params_.base_amplitude_deg = 0;
@@ -208,7 +208,7 @@ TEST_F(RobotWorld, IsPushedAlongWithItsBase) {
 TEST_F(RobotWorld, SaysTheSameBytesTwice) {
   params_.camera_rate_hz = 10;
   params_.camera_width_px = 160;
-  params_.base_motion = "waves";
+  params_.base_motion = BaseScript::Kind::kWaves;
   params_.base_start_s = 0;
   params_.camera_shutter_s = 0.02;
   std::vector<Said> first;
@@ -240,7 +240,7 @@ class Camera : public RobotWorld {
 };
 
 TEST_F(Camera, ShowsWhatTheTruthSays) {
-  params_.base_motion = "waves";
+  params_.base_motion = BaseScript::Kind::kWaves;
   params_.base_start_s = 0;
   start();
   add_controller();
@@ -289,7 +289,7 @@ TEST_F(Camera, IsAsLateAsItsLatency) {
 TEST_F(Camera, BlursWhatMovesWhileTheShutterIsOpen) {
   const auto sharpness = [&](double shutter_s) {
     params_.camera_shutter_s = shutter_s;
-    params_.base_motion = "ramp";
+    params_.base_motion = BaseScript::Kind::kRamp;
     params_.base_start_s = 0;
     params_.base_speed_m_per_s = 1;
     log_.clear();
@@ -308,7 +308,7 @@ TEST_F(Camera, BlursWhatMovesWhileTheShutterIsOpen) {
 
 class OwnClock : public RobotWorld {
  protected:
-  OwnClock() { params_.clock = "own"; }
+  OwnClock() { params_.clock = WorldClock::kOwn; }
   int64_t simulated_us() const { return newest<sim_clock_t>("CLOCK").utime - 1'000'000'000; }
 };
 

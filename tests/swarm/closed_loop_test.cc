@@ -1,11 +1,11 @@
 // The complete system with the simulated robot in the loop, in one thread on a simulated clock.
-#include "common/message_bytes.h"
 #include "sim/swarm/closed_loop.h"
 
 #include <gtest/gtest.h>
 
 #include "bench/evaluate/closed_loop_scorer.h"
 #include "bench/evaluate/image_scores.h"
+#include "common/message_bytes.h"
 #include "foresight/base_pose_t.hpp"
 #include "foresight/controller_state_t.hpp"
 #include "foresight/display_stats_t.hpp"

@@ -89,7 +89,7 @@ class OperatorLoop {
         return std::make_unique<HeldStick>(is_pressed, deflection);
       };
       OmniParams params;
-      params.device = "gamepad";
+      params.device = DeviceKind::kGamepad;
       return std::make_unique<OmniProcess>(node, params, make);
     });
   }

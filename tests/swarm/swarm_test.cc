@@ -8,9 +8,8 @@
 #include <string>
 
 #include "bench/evaluate/image_scores.h"
-#include "common/message_bytes.h"
-#include "sim/swarm/recorded_line.h"
 #include "bench/evaluate/recorded_line_scorer.h"
+#include "common/message_bytes.h"
 #include "foresight/carving_delta_t.hpp"
 #include "foresight/display_stats_t.hpp"
 #include "foresight/health_t.hpp"
@@ -18,6 +17,7 @@
 #include "foresight/mesh_t.hpp"
 #include "foresight/slam_command_t.hpp"
 #include "sim/sequence.h"
+#include "sim/swarm/recorded_line.h"
 #include "tests/swarm/traffic.h"
 
 namespace foresight {

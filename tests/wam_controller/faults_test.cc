@@ -258,9 +258,9 @@ TEST(Start, RefusesWhatCannotWork) {
   params.limit_margin_rad = 2.1;
   EXPECT_NE(refusal(params).find("limit_margin_rad"), std::string::npos);
   params = Rig::params_of("wam4");
-  params.hardware = "can";
+  params.hardware = Hardware::kCan;
   EXPECT_NE(refusal(params).find("can_torque_units_per_nm"), std::string::npos);
-  params.can_torque_units_per_nm = "1000 1000 1000 1000";
+  params.can_torque_units_per_nm.assign(4, 1000);
   params.can_interface = "nocan7";
   EXPECT_NE(refusal(params).find("nocan7"), std::string::npos);
 }

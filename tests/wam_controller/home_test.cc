@@ -32,7 +32,7 @@ class SharedBus : public CanBus {
 class CanHome : public testing::Test {
  protected:
   CanHome() {
-    params_.can_torque_units_per_nm = "1000 1000 1000 1000";
+    params_.can_torque_units_per_nm.assign(4, 1000);
     params_.can_home_file = folder_.path() + "/deeper/can_home.txt";
   }
   // The joints as a process that starts now believes them; or its refusal.
