@@ -16,8 +16,8 @@ std::vector<uint8_t> encode(const Message& message) {
   return bytes;
 }
 
-/// Of bytes that are such a message: what a process of ours has published. What comes from a network
-/// or a file goes through decode_checked() (message_check.h).
+/// Of bytes that are such a message: what a process of ours has published. What comes from a
+/// network or a file goes through decode_checked() (message_check.h).
 template <class Message>
 Message decode(std::span<const uint8_t> bytes) {
   Message message;

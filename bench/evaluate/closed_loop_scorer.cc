@@ -36,8 +36,8 @@ struct Pending {
 
 class ClosedLoopScorer {
  public:
-  ClosedLoopScorer(ClosedLoop& loop, const ClosedLoopOptions& options, const ClosedLoopScoring& scoring,
-         ClosedLoopResult* result)
+  ClosedLoopScorer(ClosedLoop& loop, const ClosedLoopOptions& options,
+                   const ClosedLoopScoring& scoring, ClosedLoopResult* result)
       : loop_(loop),
         scoring_(scoring),
         result_(*result),

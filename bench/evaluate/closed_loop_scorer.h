@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/swarm/closed_loop.h"
 #include "bench/evaluate/picture_scorer.h"
+#include "sim/swarm/closed_loop.h"
 
 namespace foresight {
 

@@ -3,7 +3,7 @@
 // truth has are scored: an undistorted picture has a black rim where its lens saw nothing, which
 // every view would be told to show.
 //
-//   PictureScorer scorer(camera, 5);
+//   PictureScorer scorer(5);                     // keep five rows of pictures
 //   scorer.score(truth, shown, predicted_frame, points_in_map);
 //   scorer.finish(&scores);
 #pragma once

@@ -2,7 +2,6 @@
 // scripts/mesh_eval builds and runs it.
 #include <cstdio>
 
-#include "sim/swarm/swarm.h"
 #include "bench/mesh_eval/mesh_evaluation.h"
 #include "bench/mesh_eval/mesh_pictures.h"
 #include "bench/mesh_eval/reports.h"
@@ -12,6 +11,7 @@
 #include "procs/mesher/process.h"
 #include "procs/renderer/scene_renderer.h"
 #include "procs/slam/process.h"
+#include "sim/swarm/swarm.h"
 
 namespace foresight {
 namespace {

@@ -1,5 +1,6 @@
 #include "procs/mesher/process.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "common/messages.h"
@@ -21,21 +22,31 @@ MesherProcess::MesherProcess(Node& node, const MesherParams& params)
   node.at(node.now(), [this] { node_.set_state(ProcessState::kWaiting, "no carving yet"); });
 }
 
-bool MesherProcess::apply(const DeltaStep<CarvingDelta>& step) {
+std::string MesherProcess::apply(const DeltaStep<CarvingDelta>& step) {
   if (step.is_snapshot) mesher_.reset();
-  if (mesher_.apply(step.delta) != ApplyResult::kOk) return false;
+  const ApplyResult result = mesher_.apply(step.delta);
+  if (result != ApplyResult::kOk) return std::string(to_string(result));
   data_time_ = step.time;
   epoch_ = step.epoch;
-  // Who has had no mesh yet need not wait for the beat.
-  if (!changed_ && last_.version == 0) node_.at(node_.now(), [this] { update(); });
   changed_ = true;
-  return true;
+  if (last_.version == 0 || step.is_snapshot) update_soon();
+  return {};
+}
+
+// Who has had no mesh yet, or one of another state, need not wait for the beat.
+void MesherProcess::update_soon() {
+  if (is_soon_) return;
+  is_soon_ = true;
+  node_.at(std::max(node_.now(), updated_ + kSnapshotInterval), [this] {
+    is_soon_ = false;
+    update();
+  });
 }
 
 void MesherProcess::update() {
   if (!changed_ || !carving_.is_synchronised()) return;
   changed_ = false;
-  const Time begin = node_.now();
+  const Time begin = updated_ = node_.now();
   const Mesh mesh = mesher_.update();
   mesh_t message = to_message(mesh);
   message.utime = data_time_.us;

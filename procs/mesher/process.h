@@ -20,8 +20,9 @@ class MesherProcess : public Process {
   MesherProcess(Node& node, const MesherParams& params);
 
  private:
-  bool apply(const DeltaStep<CarvingDelta>& step);
+  std::string apply(const DeltaStep<CarvingDelta>& step);
   void update();
+  void update_soon();
   bool export_mesh(const Mesh& mesh);
   void publish_metrics(Duration elapsed);
 
@@ -34,7 +35,8 @@ class MesherProcess : public Process {
   mesh_t last_{};
   Time data_time_;
   int64_t epoch_ = 0;  // of the map that the cells belong to
-  bool changed_ = false;
+  Time updated_;
+  bool changed_ = false, is_soon_ = false;
 };
 
 }  // namespace foresight

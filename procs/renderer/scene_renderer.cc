@@ -128,14 +128,6 @@ InputStatus SceneRenderer::add_view(const TexturingView& view) {
   return InputStatus::kAccepted;
 }
 
-bool SceneRenderer::move_view(int64_t id, const Pose<Map, Cam>& map_from_cam) {
-  StoredView* view = state_->store.find(id);
-  if (view == nullptr || !map_from_cam.is_finite()) return false;
-  view->map_from_cam = map_from_cam;
-  view->depth_mesh = -1;
-  return true;
-}
-
 void SceneRenderer::clear_views() { state_->store.clear(); }
 void SceneRenderer::clear_views_after(Time time) { state_->store.clear_after(time); }
 double SceneRenderer::scene_size_mu() const { return state_->surface_pass.scene_size_mu(); }

@@ -2,10 +2,10 @@
 // painted with images of known pose (paper §II-B, with several images and occlusion).
 //
 //   SceneRenderer scene;                                    // needs a current GlContext
-//   scene.set_mesh(mesh);
-//   scene.add_view({id, time, camera, map_from_cam, image});
-//   const RenderSummary drawn = scene.render(camera.undistorted(), map_from_predicted_cam, {});
-//   hud.draw_texture(scene.colour(), rectangle);            // or scene.read_back()
+//   if (scene.set_mesh(mesh) != InputStatus::kAccepted) …
+//   if (scene.add_view({id, time, camera, map_from_cam, image}) != InputStatus::kAccepted) …
+//   const RenderSummary drawn = scene.render(camera.undistorted(), map_from_predicted_cam);
+//   hud.draw_texture(scene.colour(), rectangle, context.height_px());   // or scene.read_back()
 //
 // A pixel is painted by the newest view when that view sees its surface well, else by the first of
 // the earlier views that does, else by whichever sees it best. What no view sees keeps a muted
@@ -89,8 +89,6 @@ class SceneRenderer {
   /// Adds or replaces a view. Views must agree in image size and lens kind: another camera drops
   /// the earlier ones. Stored views are spread over viewing poses, see ViewStore.
   [[nodiscard]] InputStatus add_view(const TexturingView& view);
-  /// Moves a stored view after the map was adjusted; false when the id is not stored.
-  bool move_view(int64_t id, const Pose<Map, Cam>& map_from_cam);
   /// The map restarted: old poses mean nothing.
   void clear_views();
   /// Drops the views that are newer than `time`: its stamps begin anew from there.

@@ -21,14 +21,16 @@ inline std::string seconds_text(Duration duration, int decimals) {
   return text;
 }
 
-/// 0 of none.
-inline Duration median(const std::deque<Duration>& values) {
+/// The value below which a share of them lies; 0 of none.
+inline Duration quantile(const std::deque<Duration>& values, double share) {
   if (values.empty()) return {};
   std::vector<Duration> sorted(values.begin(), values.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
+  const auto size = static_cast<double>(sorted.size());
+  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(share * size);
+  std::nth_element(sorted.begin(), at, sorted.end());
+  return *at;
 }
+inline Duration median(const std::deque<Duration>& values) { return quantile(values, 0.5); }
 
 class StreamWatch {
  public:
@@ -85,7 +87,9 @@ class LatencyJump {
   Time since_;
 };
 
-/// Of one second after the other: the median delay, and the median of the last minute's.
+/// Of one second after the other: the median delay, and the median of the last minute's. Of a
+/// second whose messages contradict each other, or come from the future, nothing is learnt: some
+/// are forged.
 class DelayWatch {
  public:
   void measure(Duration delay) { of_this_second_.push_back(delay); }
@@ -94,9 +98,11 @@ class DelayWatch {
       current_.reset();
       return;
     }
-    if (current_) history_.push_back(*current_);
+    if (current_ && is_credible_) history_.push_back(*current_);
     if (history_.size() > kHistory) history_.pop_front();
     current_ = median(of_this_second_);
+    const Duration spread = quantile(of_this_second_, 0.75) - quantile(of_this_second_, 0.25);
+    is_credible_ = current_->us > 0 && spread <= kSpread + Duration{current_->us / 2};
     of_this_second_.clear();
   }
   /// Of the last whole second; nothing when nothing was measured in it.
@@ -109,8 +115,10 @@ class DelayWatch {
 
  private:
   static constexpr size_t kHistory = 60, kLeast = 5;
+  static constexpr Duration kSpread = milliseconds(100);
   std::deque<Duration> of_this_second_, history_;
   std::optional<Duration> current_;
+  bool is_credible_ = false;  // current_
 };
 
 }  // namespace foresight

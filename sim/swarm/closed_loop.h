@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "sim/swarm/swarm.h"
 #include "common/camera_model.h"
 #include "procs/renderer/process.h"
 #include "sim/robot/process.h"
+#include "sim/swarm/swarm.h"
 
 namespace foresight {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "sim/swarm/swarm.h"
 #include "procs/camera/process.h"
 #include "procs/renderer/process.h"
+#include "sim/swarm/swarm.h"
 
 namespace foresight {
 

@@ -158,7 +158,8 @@ TEST_F(LiveHostTest, AWorldThatComesBackIsAnotherClockAndAProcessThatWasStoppedI
     EXPECT_EQ(host_.clock_changes(), 2);
     host_.stop(0);
   });
-  host_.call_at(host_.now() + milliseconds(1400), [&] { clock.publish(clock_message(kBack_us)); });
+  // Due 0.2 s after the last CLOCK, in a world that then stands still for a second.
+  host_.call_at(host_.now() + milliseconds(1600), [&] { clock.publish(clock_message(kBack_us)); });
   clock.publish(clock_message(5'000'000));
   stop_after(seconds(60));
   EXPECT_EQ(host_.run(), 0);

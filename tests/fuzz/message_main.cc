@@ -102,8 +102,8 @@ void print_fault(const std::string& arena, const AttackOptions& o, const Shared&
       "--mutants %lld --during %g --rounds 1%s%s%s\n",
       fault.c_str(), static_cast<long long>(shared.progress.thrown), shared.progress.last,
       arena.c_str(), o.process.c_str(), static_cast<unsigned long long>(o.seed),
-      static_cast<long long>(o.mutants), o.duration_s, o.channel.empty() ? "" : " --channel ", o.channel.c_str(),
-      o.orders ? " --orders" : "");
+      static_cast<long long>(o.mutants), o.duration_s, o.channel.empty() ? "" : " --channel ",
+      o.channel.c_str(), o.orders ? " --orders" : "");
   std::fflush(stdout);
 }
 

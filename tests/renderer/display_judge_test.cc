@@ -114,6 +114,26 @@ TEST(DelayWatch, TheRecentNormalIsTheMedianOfTheLastMinute) {
   EXPECT_FALSE(delay.current()) << "nothing was measured";
 }
 
+// As many forged messages as genuine ones, for a minute: what was normal is not forgotten.
+TEST(DelayWatch, LearnsNothingFromWhatContradictsItselfOrIsFromTheFuture) {
+  DelayWatch delay;
+  const auto pass = [&](int seconds, std::initializer_list<int> delays_ms) {
+    for (int i = 0; i < seconds; ++i) {
+      for (int k = 0; k < 10; ++k) {
+        for (const int ms : delays_ms) delay.measure(milliseconds(ms));
+      }
+      delay.end_second();
+    }
+  };
+  pass(20, {300});
+  pass(90, {300, -500, 20, 5000});
+  EXPECT_EQ(delay.normal(), milliseconds(300));
+  pass(90, {-300, -310});
+  EXPECT_EQ(delay.normal(), milliseconds(300));
+  pass(90, {500, 600, 650});
+  EXPECT_EQ(delay.normal(), milliseconds(600)) << "jitter is none";
+}
+
 TEST(LatencyJump, IsOneUntilItIsUsualOrOver) {
   LatencyJump latency;
   auto pass = [&, now = kStart](int count, Duration d) mutable {

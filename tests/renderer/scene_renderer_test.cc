@@ -232,7 +232,6 @@ TEST_F(SceneRendererTest, BadInputIsRejected) {
   EXPECT_EQ(renderer.render(camera, lost).status, RenderStatus::kBadPose);
   EXPECT_EQ(renderer.render(CameraModel{}, {}).status, RenderStatus::kBadCamera);
   EXPECT_EQ(renderer.render(radtan_camera(), {}).status, RenderStatus::kBadCamera);
-  EXPECT_FALSE(renderer.move_view(7, scene.pose(0, 0, 0)));
 }
 
 TEST_F(SceneRendererTest, BadMeshIsRejectedAndTheOldOneStays) {
@@ -306,7 +305,8 @@ TEST_F(SceneRendererTest, DepthMapsAreDrawnOncePerViewAndMesh) {
   }
   EXPECT_EQ(renderer.render(camera, scene.pose(0, 0, 0)).depth_maps_drawn, 3);
   EXPECT_EQ(renderer.render(camera, scene.pose(0.1, 0, 0)).depth_maps_drawn, 0);
-  EXPECT_TRUE(renderer.move_view(2, scene.pose(0.81, 0, 0)));
+  ASSERT_EQ(renderer.add_view(scene.view(2, camera, scene.pose(0.81, 0, 0))),
+            InputStatus::kAccepted);
   EXPECT_EQ(renderer.render(camera, scene.pose(0.1, 0, 0)).depth_maps_drawn, 1);
   ASSERT_EQ(renderer.set_mesh(scene.mesh(5)), InputStatus::kAccepted);
   EXPECT_EQ(renderer.render(camera, scene.pose(0.1, 0, 0)).depth_maps_drawn, 3);
