@@ -137,6 +137,13 @@ def choose(value, key, where):
 
 
 def parameter_text(value, where):
+    """As a process takes it behind KEY=: a list is its elements, separated by blanks."""
+    if isinstance(value, list):
+        texts = [parameter_text(element, where) for element in value
+                 if not isinstance(element, list)]
+        if len(texts) < len(value) or any(re.search(r"[\s,]|^$", text) for text in texts):
+            raise SiteError(f"{where}: must be a list of words or numbers, is {shown(value)}")
+        return " ".join(texts)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int) and abs(value) < 10**18:
@@ -146,7 +153,7 @@ def parameter_text(value, where):
     if value == "":
         return value
     if not isinstance(value, str):
-        raise SiteError(f"{where}: must be one value, is {shown(value)}")
+        raise SiteError(f"{where}: must be one value or a list of them, is {shown(value)}")
     return require_text(value, where)
 
 

@@ -99,7 +99,8 @@ class SiteFile(unittest.TestCase):
         self.assert_refused("- a\n", "map")
         self.assert_refused(URLS + "processes: [link]\n", "processes", "map")
         self.assert_refused(URLS + "processes: {link: 7}\n", "link", "map")
-        self.assert_refused(URLS + "processes: {link: {params: {seed: [1]}}}\n", "seed", "[1]")
+        self.assert_refused(URLS + "processes: {link: {params: {seed: [1, 2]}}}\n", "seed", "1 2")
+        self.assert_refused(URLS + "processes: {link: {params: {seed: [[1]]}}}\n", "seed", "[1]")
         self.assert_refused(URLS + "processes: {link: {params: {seed: }}}\n", "seed")
 
     def test_the_program_refuses_its_parameters(self):
@@ -127,6 +128,18 @@ class SiteFile(unittest.TestCase):
         for bad in ("link.seed", "seed=5", "nobody.seed=5", "link.=5"):
             with self.assertRaises(SiteError, msg=bad):
                 foresight_site.apply_assignment(site, bad)
+
+    def test_a_list_is_handed_on_as_its_elements(self):
+        site = self.read(URLS + "processes: {link: {params: "
+                         "{to_operator_channels: [HEALTH, MESH], to_robot_channels: []}}}\n")
+        self.assertEqual(site.processes[0].params["to_operator_channels"], "HEALTH MESH")
+        self.assertEqual(site.processes[0].params["to_robot_channels"], "")
+        ports = foresight_site.describe(site, site.processes[0])["inputs"]
+        self.assertEqual(sorted(p["channel"] for p in ports if "pass on" in p["doc"]),
+                         ["HEALTH", "MESH"])
+        for bad in ("[[HEALTH]]", "[{a: b}]", "[HEALTH MESH]", "['a,b']", "['']", "[null]"):
+            with self.assertRaises(SiteError, msg=bad):
+                self.read(URLS + f"processes: {{link: {{params: {{to_operator_channels: {bad}}}}}}}\n")
 
     def test_unfed_inputs_names_who_listens_to_nobody(self):
         site = self.read(URLS + "external: {operator: [JOINT_COMMAND, SLAM_COMMAND, "
