@@ -89,15 +89,15 @@ TEST_F(CameraProcessTest, StartsAtAFrameAndStopsAfterACount) {
 }
 
 TEST_F(CameraProcessTest, LoopsAtTheSamePaceWhateverTheStamps) {
-  for (const char* stamps : {"rebased", "original"}) {
+  for (const Stamps stamps : {Stamps::kRebased, Stamps::kOriginal}) {
     images_.clear();
     arrivals_.clear();
     params_.loop = true;
     params_.first_frame = 2;
     params_.stamps = stamps;
     run(seconds(5));
-    ASSERT_GT(images_.size(), 40u) << stamps;
-    ASSERT_LT(images_.size(), 70u) << stamps << ": it must not flood the bus";
+    ASSERT_GT(images_.size(), 40u) << name_of(stamps);
+    ASSERT_LT(images_.size(), 70u) << name_of(stamps) << ": it must not flood the bus";
     for (size_t i = 1; i < arrivals_.size(); ++i) {
       EXPECT_GE(arrivals_[i] - arrivals_[i - 1], milliseconds(33));
       EXPECT_LE(arrivals_[i] - arrivals_[i - 1], milliseconds(100));
@@ -181,17 +181,17 @@ TEST_F(CameraProcessTest, GoesOnAfterImagesThatCannotBeUsed) {
   folder_.write("rgb/3.png", "");
   folder_.write("rgb/5.png", "no picture");
   cv::imwrite(folder_.path() + "/rgb/7.png", cv::Mat(20, 30, CV_8UC3, cv::Scalar::all(9)));
-  for (const char* pace : {"real", "consumed"}) {
+  for (const Pace pace : {Pace::kReal, Pace::kConsumed}) {
     images_.clear();
     params_.pace = pace;
     params_.exit_at_end = true;
-    answers_ = params_.pace == "consumed";
+    answers_ = params_.pace == Pace::kConsumed;
     auto& camera =
         static_cast<CameraProcess&>(world_.add("camera", {Domain::kRobot}, [this](Node& node) {
           return std::make_unique<CameraProcess>(node, params_);
         }));
     world_.run_until(world_.now() + seconds(5));
-    EXPECT_EQ(images_.size(), 6u) << pace;
+    EXPECT_EQ(images_.size(), 6u) << name_of(pace);
     EXPECT_EQ(camera.report().used(), 6);
     EXPECT_EQ(camera.report().refused(), 4);
     const std::string complaint = camera.report().complaint();

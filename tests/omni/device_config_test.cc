@@ -91,10 +91,9 @@ TEST(DeviceConfig, ARecordingHasTheMappingOfItsDevice) {
 TEST(DeviceConfig, MakesEveryDevice) {
   OmniParams params;
   const ArmModel arm = wam4();
-  for (const char* device :
-       {"script", "waypoints", "recorded", "openhaptics", "gamepad", "keyboard", "spacemouse"}) {
-    params.device = device;
-    EXPECT_NE(make_device(params, arm, choose_mapping(params, arm)), nullptr) << device;
+  for (const auto& device : names_of(DeviceKind{})) {
+    params.device = device.value;
+    EXPECT_NE(make_device(params, arm, choose_mapping(params, arm)), nullptr) << device.name;
   }
 }
 
@@ -102,7 +101,7 @@ TEST(DeviceConfig, AMissingGamepadOrTerminalIsUnavailable) {
   OmniParams params;
   const ArmModel arm = wam4();
   params.device_path = "/dev/input/there_is_no_such_gamepad";
-  for (const char* device : {"gamepad", "keyboard"}) {
+  for (const DeviceKind device : {DeviceKind::kGamepad, DeviceKind::kKeyboard}) {
     params.device = device;
     const auto made = make_device(params, arm, choose_mapping(params, arm));
     const std::string line = error_of<UnavailableError>([&] { made->open(); });
