@@ -78,10 +78,10 @@ void write_events(const CarvSequence& sequence, const CarveResult& result,
   if (path.empty()) return;
   std::ostringstream out;
   out << "kind,points,constraints_added,carve_ms,cut_ms\n";
-  std::set<int32_t> points;
+  std::set<PointId> points;
   for (size_t i = 0; i < sequence.events.size(); ++i) {
     const MapDelta& delta = sequence.events[i].delta;
-    for (const int32_t id : delta.points_removed) points.erase(id);
+    for (const PointId id : delta.points_removed) points.erase(id);
     for (const MapPoint& point : delta.points_set) points.insert(point.id);
     out << kKindNames[static_cast<size_t>(sequence.events[i].kind)] << "," << points.size() << ","
         << delta.observations_added.size() << "," << result.carve_ms[i] << ","
@@ -98,8 +98,9 @@ void write_obj(const Mesh& mesh, const std::string& path) {
     out << "v " << v.x() << " " << v.y() << " " << v.z() << "\n";
   }
   for (const auto& t : mesh.triangles) {
-    const bool guessed = std::any_of(
-        t.begin(), t.end(), [&](int32_t v) { return mesh.vertex_ids[static_cast<size_t>(v)] < 0; });
+    const bool guessed = std::any_of(t.begin(), t.end(), [&](int32_t v) {
+      return !mesh.vertex_ids[static_cast<size_t>(v)].is_point();
+    });
     if (!guessed) out << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
   }
   write_output(path, out.str());

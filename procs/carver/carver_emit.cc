@@ -17,7 +17,7 @@ CarvingVertex Carver::Impl::vertex_message(int32_t vertex) const {
 
 CarvingCell Carver::Impl::cell_message(int32_t cell) const {
   CarvingCell message;
-  message.id = cell;
+  message.id = CellId(cell);
   for (size_t i = 0; i < 4; ++i) {
     message.vertices[i] =
         vertices.external_id(delaunay.complex().cells[static_cast<size_t>(cell)].vertices[i]);
@@ -29,13 +29,13 @@ CarvingCell Carver::Impl::cell_message(int32_t cell) const {
 
 CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change) {
   CarvingDelta delta;
-  delta.cells_removed = change.destroyed;
+  for (const int32_t cell : change.destroyed) delta.cells_removed.emplace_back(cell);
   delta.vertices_updated = refresh_evidence(vertices_of_changed_rays());
-  for (const int32_t id : vertices.erased_ids()) {
+  for (const PointId id : vertices.erased_ids()) {
     const int32_t point = map.find_point(id);
     const int32_t vertex = point < 0 ? -1 : map.points[static_cast<size_t>(point)].vertex;
-    const bool still_a_vertex = vertex >= 0 && vertices.external_id(vertex) == id;
-    if (!still_a_vertex) delta.vertices_removed.push_back(id);
+    const bool still_a_vertex = vertex >= 0 && vertices.external_id(vertex) == VertexId(id);
+    if (!still_a_vertex) delta.vertices_removed.emplace_back(id);
   }
   for (const int32_t vertex : vertices.inserted()) {
     if (vertices.records()[static_cast<size_t>(vertex)].owner < 0) continue;
@@ -46,7 +46,7 @@ CarvingDelta Carver::Impl::net_delta(const carving::TriangulationChange& change)
   for (const int32_t cell : lists.take_changed()) {
     if (delaunay.complex().states[static_cast<size_t>(cell)] != CellState::kKept) continue;
     delta.cells_updated.push_back(
-        {cell, static_cast<int32_t>(lists.constraints(cell)), lists.votes(cell)});
+        {CellId(cell), static_cast<int32_t>(lists.constraints(cell)), lists.votes(cell)});
   }
   cells_replaced = static_cast<int64_t>(change.destroyed.size());
   return delta;
@@ -82,7 +82,7 @@ std::vector<CarvingVertexUpdate> Carver::Impl::refresh_evidence(
 
 // After a rebuild: everything that was goes, everything that is comes. Both are snapshots.
 CarvingDelta Carver::Impl::replacement(const CarvingDelta& before, CarvingDelta after) {
-  std::vector<int32_t> ids;
+  std::vector<VertexId> ids;
   for (const CarvingVertex& vertex : after.vertices_set) ids.push_back(vertex.id);
   std::sort(ids.begin(), ids.end());
   for (const CarvingVertex& vertex : before.vertices_set) {

@@ -9,7 +9,8 @@
 namespace foresight::carving {
 namespace {
 
-int32_t find_id(const std::unordered_map<int32_t, int32_t>& map, int32_t id) {
+template <class IdType>
+int32_t find_id(const std::unordered_map<IdType, int32_t>& map, IdType id) {
   const auto found = map.find(id);
   return found == map.end() ? -1 : found->second;
 }
@@ -41,13 +42,13 @@ void move_all(std::vector<int32_t>& from, std::vector<int32_t>& to) {
 
 }  // namespace
 
-int32_t MapState::find_point(int32_t id) const { return find_id(point_by_id_, id); }
-int32_t MapState::find_keyframe(int32_t id) const { return find_id(keyframe_by_id_, id); }
+int32_t MapState::find_point(PointId id) const { return find_id(point_by_id_, id); }
+int32_t MapState::find_keyframe(KeyframeId id) const { return find_id(keyframe_by_id_, id); }
 
 const StagedChanges& MapState::stage(const MapDelta& delta) {
   for (const auto& observation : delta.observations_removed) remove_observation(observation);
-  for (const int32_t id : delta.points_removed) remove_point(id);
-  for (const int32_t id : delta.keyframes_removed) remove_keyframe(id);
+  for (const PointId id : delta.points_removed) remove_point(id);
+  for (const KeyframeId id : delta.keyframes_removed) remove_keyframe(id);
   for (const auto& keyframe : delta.keyframes_set) set_keyframe(keyframe);
   for (const auto& point : delta.points_set) set_point(point);
   for (const auto& observation : delta.observations_added) add_observation(observation);
@@ -71,7 +72,7 @@ void MapState::remove_observation(const MapObservation& observation) {
   ignored += !perhaps_thinned;
 }
 
-void MapState::remove_point(int32_t id) {
+void MapState::remove_point(PointId id) {
   const int32_t number = find_point(id);
   if (number < 0) {
     ++ignored;
@@ -86,7 +87,7 @@ void MapState::remove_point(int32_t id) {
   --live_points;
 }
 
-void MapState::remove_keyframe(int32_t id) {
+void MapState::remove_keyframe(KeyframeId id) {
   const int32_t number = find_keyframe(id);
   if (number < 0) {
     ++ignored;
@@ -108,7 +109,7 @@ bool MapState::is_sane(const Point3& position) const {
 void MapState::set_keyframe(const MapKeyframe& keyframe) {
   const Eigen::Vector3d& c = keyframe.map_from_cam.translation();
   const Point3 centre{c.x() + 0.0, c.y() + 0.0, c.z() + 0.0};
-  if (keyframe.id < 0 || !is_sane(centre)) {
+  if (!keyframe.id.is_valid() || !is_sane(centre)) {
     ++ignored;
     return;
   }
@@ -131,7 +132,7 @@ void MapState::set_keyframe(const MapKeyframe& keyframe) {
 void MapState::set_point(const MapPoint& point) {
   const Eigen::Vector3d p = point.position_in_map.cast<double>();
   const Point3 position{p.x() + 0.0, p.y() + 0.0, p.z() + 0.0};
-  if (point.id < 0 || !is_sane(position)) {
+  if (!point.id.is_valid() || !is_sane(position)) {
     ++ignored;
     return;
   }

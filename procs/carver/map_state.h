@@ -17,7 +17,7 @@
 namespace foresight::carving {
 
 struct KeyframeRecord {
-  int32_t id = 0;
+  KeyframeId id;
   int64_t arrival = 0;  // ascending with age
   Point3 centre{};
   Feature start;  // where the centre lies; cell −1 = not located
@@ -26,7 +26,7 @@ struct KeyframeRecord {
 };
 
 struct PointRecord {
-  int32_t id = 0;
+  PointId id;
   Point3 position{};
   int32_t vertex = -1;
   bool alive = false;
@@ -91,13 +91,13 @@ class MapState {
   void thin_ray(int32_t ray);
 
   /// The number of the point with this id, or −1.
-  int32_t find_point(int32_t id) const;
+  int32_t find_point(PointId id) const;
   size_t memory_bytes() const;
 
  private:
   void remove_observation(const MapObservation& observation);
-  void remove_point(int32_t id);
-  void remove_keyframe(int32_t id);
+  void remove_point(PointId id);
+  void remove_keyframe(KeyframeId id);
   void set_keyframe(const MapKeyframe& keyframe);
   void set_point(const MapPoint& point);
   void add_observation(const MapObservation& observation);
@@ -106,13 +106,14 @@ class MapState {
   void retire_ray(int32_t ray);
   void reissue(const std::vector<int32_t>& rays);
   void detach(int32_t point);
-  int32_t find_keyframe(int32_t id) const;
+  int32_t find_keyframe(KeyframeId id) const;
   int32_t find_ray(int32_t keyframe, int32_t point) const;
 
   double max_coordinate_;
   int64_t arrivals_ = 0;
   int64_t thinned_unremoved_ = 0;  // thinned rays whose removal has not been asked for
-  std::unordered_map<int32_t, int32_t> point_by_id_, keyframe_by_id_;
+  std::unordered_map<PointId, int32_t> point_by_id_;
+  std::unordered_map<KeyframeId, int32_t> keyframe_by_id_;
   std::vector<int32_t> free_points_, free_keyframes_, free_rays_;
   std::vector<int32_t> dropped_points_, dropped_keyframes_, dropped_rays_;
 };

@@ -14,9 +14,9 @@ void VertexRegister::clear() {
   live_ = 0;
 }
 
-int32_t VertexRegister::external_id(int32_t vertex) const {
-  if (vertex < kHullCorners) return -1 - vertex;
-  return id_of(records_[static_cast<size_t>(vertex)].owner);
+VertexId VertexRegister::external_id(int32_t vertex) const {
+  if (vertex < kHullCorners) return VertexId::hull_corner(vertex);
+  return VertexId(id_of(records_[static_cast<size_t>(vertex)].owner));
 }
 
 int32_t VertexRegister::allocate() {

@@ -32,9 +32,9 @@ class VertexRegister {
   /// Since the last `finish`: vertices inserted (some may be gone again: owner −1), and point ids
   /// of vertices erased that existed before.
   const std::vector<int32_t>& inserted() const { return inserted_; }
-  const std::vector<int32_t>& erased_ids() const { return erased_ids_; }
+  const std::vector<PointId>& erased_ids() const { return erased_ids_; }
   /// The id a receiver knows: the owner's, or −1…−8 for a hull corner.
-  int32_t external_id(int32_t vertex) const;
+  VertexId external_id(int32_t vertex) const;
   const std::vector<VertexRecord>& records() const { return records_; }
   void set_evidence(int32_t vertex, const VertexEvidence& evidence) {
     at(vertex).evidence = evidence;
@@ -46,13 +46,14 @@ class VertexRegister {
   void place(std::vector<int32_t> members);
   void adopt(int32_t vertex, std::vector<int32_t> members);
   void erase(int32_t vertex);
-  int32_t id_of(int32_t point) const { return map_.points[static_cast<size_t>(point)].id; }
+  PointId id_of(int32_t point) const { return map_.points[static_cast<size_t>(point)].id; }
   VertexRecord& at(int32_t vertex) { return records_[static_cast<size_t>(vertex)]; }
 
   MapState& map_;
   Delaunay& delaunay_;
   std::vector<VertexRecord> records_;
-  std::vector<int32_t> free_, dropped_, inserted_, erased_ids_;
+  std::vector<int32_t> free_, dropped_, inserted_;
+  std::vector<PointId> erased_ids_;
   int64_t live_ = 0;
 };
 
