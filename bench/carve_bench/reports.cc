@@ -33,9 +33,9 @@ void print(const CarveResult& result) {
         result.cut_from_scratch.mean(), result.cut.carved_cells, result.cut.cells,
         result.mesh.triangles.size(), result.cut.split_vertices, result.cut.split_edges);
   }
-  std::printf("cells %lld, carved %lld, ray-cell pairs %lld (at most %lld in a cell)\n",
+  std::printf("cells %lld, carved %lld, constraint-cell pairs %lld (at most %lld in a cell)\n",
               static_cast<long long>(s.cells), static_cast<long long>(s.carved_cells),
-              static_cast<long long>(s.ray_cell_pairs),
+              static_cast<long long>(s.constraint_cell_pairs),
               static_cast<long long>(s.max_constraints_in_cell));
   std::printf("vertices %lld, keyframes %lld, constraints %lld, ignored %lld, rebuilds %lld\n",
               static_cast<long long>(s.vertices), static_cast<long long>(s.keyframes),
@@ -67,7 +67,7 @@ void write_json(const CarveResult& result, const std::string& path) {
   const CarverStatistics& s = result.statistics;
   out << "  \"from_scratch_ms\": " << result.from_scratch.mean() << ",\n  \"cells\": " << s.cells
       << ",\n  \"carved_cells\": " << s.carved_cells
-      << ",\n  \"ray_cell_pairs\": " << s.ray_cell_pairs
+      << ",\n  \"constraint_cell_pairs\": " << s.constraint_cell_pairs
       << ",\n  \"memory_estimate_mb\": " << static_cast<double>(s.memory_bytes) / 1048576.0
       << ",\n  \"peak_mb\": " << result.peak_memory_mb << "\n}\n";
   write_output(path, out.str());

@@ -36,7 +36,7 @@ TEST(Scale, DoesNotChangeTheResult) {
   }
 }
 
-TEST(Lattice, RaysAlongEdgesAndFacetsAreNotCutShort) {
+TEST(Lattice, ConstraintsAlongEdgesAndFacetsAreNotCutShort) {
   MapModel map;
   int32_t id = 0;
   for (int x = 0; x < 4; ++x) {
@@ -58,7 +58,7 @@ TEST(Lattice, RaysAlongEdgesAndFacetsAreNotCutShort) {
   Receiver receiver;
   ASSERT_EQ(receiver.apply(carver.apply(map.whole())), "");
   expect_exact(carver, receiver, map);
-  // Each removal turns rays that grazed into rays that cross.
+  // Each removal turns constraints that grazed into ones that cross.
   for (const int32_t gone : {21, 26, 42}) {
     MapDelta delta;
     delta.points_removed = ids<PointId>({gone});

@@ -50,7 +50,7 @@ TEST_P(Recorded, CarvingIsExact) {
   const CarverStatistics s = carver.statistics();
   EXPECT_EQ(s.cells, GetParam().cells);
   EXPECT_EQ(s.carved_cells, GetParam().carved);
-  EXPECT_EQ(s.ray_cell_pairs, GetParam().pairs);
+  EXPECT_EQ(s.constraint_cell_pairs, GetParam().pairs);
   int64_t received = 0, carved = 0, pairs = 0;
   for (const CarvingCell& cell : cells) {
     received += cell.id.is_valid();
@@ -59,7 +59,7 @@ TEST_P(Recorded, CarvingIsExact) {
   }
   EXPECT_EQ(received, s.cells);
   EXPECT_EQ(carved, s.carved_cells);
-  EXPECT_EQ(pairs, s.ray_cell_pairs);
+  EXPECT_EQ(pairs, s.constraint_cell_pairs);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sequences, Recorded,
