@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <istream>
 #include <ostream>
 #include <type_traits>
 #include <utility>
@@ -38,6 +39,7 @@ class Id {
 
   constexpr auto operator<=>(const Id&) const = default;
   friend std::ostream& operator<<(std::ostream& out, Id id) { return out << id.value_; }
+  friend std::istream& operator>>(std::istream& in, Id& id) { return in >> id.value_; }
 
  private:
   Value value_ = -1;

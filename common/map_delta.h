@@ -6,37 +6,38 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
 #include "common/frames.h"
+#include "common/id.h"
 #include "common/time.h"
 
 namespace foresight {
 
 struct MapKeyframe {
-  int32_t id = 0;  // ≥ 0, never reused within an epoch
+  KeyframeId id;
   Pose<Map, Cam> map_from_cam;
   Time time = {};  // of its image
 };
 
 struct MapPoint {
-  int32_t id = 0;  // ≥ 0, never reused within an epoch
+  PointId id;
   Eigen::Vector3f position_in_map = Eigen::Vector3f::Zero();
   float sigma_mu = 0;  // standard deviation of the position along the view; 0: not known
 };
 
-/// Keyframe `keyframe_id` saw point `point_id`: the segment between them is free space.
+/// Keyframe `keyframe_id` saw point `point_id`. The carver makes it a constraint: the segment
+/// between them is free space.
 struct MapObservation {
-  int32_t keyframe_id = 0;
-  int32_t point_id = 0;
+  KeyframeId keyframe_id;
+  PointId point_id;
   auto operator<=>(const MapObservation&) const = default;
 };
 
 struct MapDelta {
   std::vector<MapObservation> observations_removed;
-  std::vector<int32_t> points_removed;
-  std::vector<int32_t> keyframes_removed;
+  std::vector<PointId> points_removed;
+  std::vector<KeyframeId> keyframes_removed;
   std::vector<MapKeyframe> keyframes_set;
   std::vector<MapPoint> points_set;
   std::vector<MapObservation> observations_added;

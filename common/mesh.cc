@@ -60,7 +60,7 @@ std::vector<char> to_ply(const Mesh& mesh) {
   bytes.reserve(header.size() + 20 * mesh.vertices_in_map.size() + 13 * mesh.triangles.size());
   for (size_t i = 0; i < mesh.vertices_in_map.size(); ++i) {
     for (int k = 0; k < 3; ++k) append(mesh.vertices_in_map[i][k], &bytes);
-    append(mesh.vertex_ids[i], &bytes);
+    append(mesh.vertex_ids[i].value(), &bytes);
     append(mesh.confidences[i], &bytes);
   }
   for (const auto& triangle : mesh.triangles) {

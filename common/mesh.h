@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "common/carving_delta.h"
+
 namespace foresight {
 
 struct Mesh {
@@ -15,11 +17,10 @@ struct Mesh {
   /// Indices into vertices. Counter-clockwise seen from free space: the normal
   /// (v1−v0)×(v2−v0) points into carved space.
   std::vector<std::array<int32_t, 3>> triangles;
-  /// The map point behind each vertex, or a negative id for a corner of the bounding hull: geometry
-  /// that touches one is a guess, not a measurement. Several vertices may share an id; one that was
-  /// put in the middle of an edge carries the smaller id of the two. Same length as
-  /// vertices_in_map.
-  std::vector<int32_t> vertex_ids;
+  /// The carving's vertex behind each: geometry that touches a corner of the bounding hull is a
+  /// guess, not a measurement. Several vertices may share an id; one that was put in the middle of
+  /// an edge carries the smaller id of the two. Same length as vertices_in_map.
+  std::vector<VertexId> vertex_ids;
   /// 0…1: how sure the depth of each vertex is, from the number and spread of the observations
   /// behind it (procs/mesher/confidence.h); hull corners 0. Same length as vertices_in_map.
   std::vector<float> confidences;

@@ -57,6 +57,11 @@ bool all_non_negative(const std::vector<int32_t>& ids) {
   return std::all_of(ids.begin(), ids.end(), [](int32_t id) { return id >= 0; });
 }
 
+template <class IdType>
+void append_ids(std::vector<IdType>* to, const std::vector<int32_t>& from) {
+  for (const int32_t id : from) to->emplace_back(id);
+}
+
 constexpr int64_t kVotes = 6;  // numbers per cell
 
 void push_votes(const CellVotes& votes, std::vector<int32_t>* to) {
@@ -190,29 +195,32 @@ std::vector<map_delta_t> split(const MapDelta& delta, size_t max_bytes) {
   PartWriter<map_delta_t> writer(max_bytes);
   for (const MapObservation& o : delta.observations_removed) {
     map_delta_t& m = writer.room(8);
-    m.removed_observation_keyframe_ids.push_back(o.keyframe_id);
-    m.removed_observation_point_ids.push_back(o.point_id);
+    m.removed_observation_keyframe_ids.push_back(o.keyframe_id.value());
+    m.removed_observation_point_ids.push_back(o.point_id.value());
   }
-  for (int32_t id : delta.points_removed) writer.room(4).removed_point_ids.push_back(id);
-  for (int32_t id : delta.keyframes_removed) writer.room(4).removed_keyframe_ids.push_back(id);
+  for (const PointId id : delta.points_removed)
+    writer.room(4).removed_point_ids.push_back(id.value());
+  for (const KeyframeId id : delta.keyframes_removed) {
+    writer.room(4).removed_keyframe_ids.push_back(id.value());
+  }
   for (const MapKeyframe& k : delta.keyframes_set) {
     map_delta_t& m = writer.room(68);
     const Eigen::Vector3d& t = k.map_from_cam.translation();
-    m.keyframe_ids.push_back(k.id);
+    m.keyframe_ids.push_back(k.id.value());
     m.keyframe_utimes.push_back(k.time.us);
     m.keyframe_map_from_cam_quat_wxyz.push_back(wxyz(k.map_from_cam.rotation()));
     m.keyframe_map_from_cam_position_mu.push_back({t.x(), t.y(), t.z()});
   }
   for (const MapPoint& p : delta.points_set) {
     map_delta_t& m = writer.room(20);
-    m.point_ids.push_back(p.id);
+    m.point_ids.push_back(p.id.value());
     push_position(p.position_in_map, &m.point_positions_mu);
     m.point_sigmas_mu.push_back(p.sigma_mu);
   }
   for (const MapObservation& o : delta.observations_added) {
     map_delta_t& m = writer.room(8);
-    m.observation_keyframe_ids.push_back(o.keyframe_id);
-    m.observation_point_ids.push_back(o.point_id);
+    m.observation_keyframe_ids.push_back(o.keyframe_id.value());
+    m.observation_point_ids.push_back(o.point_id.value());
   }
   std::vector<map_delta_t> parts = writer.finish();
   for (map_delta_t& m : parts) set_counts(&m);
@@ -234,58 +242,58 @@ bool append(const map_delta_t& part, MapDelta* delta) {
   for (int32_t i = 0; i < part.n_keyframes; ++i) {
     const auto q = read_rotation(part.keyframe_map_from_cam_quat_wxyz[i].data());
     if (!q) return false;
-    keyframes.push_back({part.keyframe_ids[i],
+    keyframes.push_back({KeyframeId(part.keyframe_ids[i]),
                          {*q, Eigen::Vector3d(part.keyframe_map_from_cam_position_mu[i].data())},
                          {part.keyframe_utimes[i]}});
   }
   delta->keyframes_set.insert(delta->keyframes_set.end(), keyframes.begin(), keyframes.end());
   for (int32_t i = 0; i < part.n_observations_removed; ++i) {
-    delta->observations_removed.push_back(
-        {part.removed_observation_keyframe_ids[i], part.removed_observation_point_ids[i]});
+    delta->observations_removed.push_back({KeyframeId(part.removed_observation_keyframe_ids[i]),
+                                           PointId(part.removed_observation_point_ids[i])});
   }
-  const auto extend = [](std::vector<int32_t>* to, const std::vector<int32_t>& from) {
-    to->insert(to->end(), from.begin(), from.end());
-  };
-  extend(&delta->points_removed, part.removed_point_ids);
-  extend(&delta->keyframes_removed, part.removed_keyframe_ids);
+  append_ids(&delta->points_removed, part.removed_point_ids);
+  append_ids(&delta->keyframes_removed, part.removed_keyframe_ids);
   for (int32_t i = 0; i < part.n_points; ++i) {
-    delta->points_set.push_back({part.point_ids[i], position_at(part.point_positions_mu, i),
+    delta->points_set.push_back({PointId(part.point_ids[i]),
+                                 position_at(part.point_positions_mu, i),
                                  part.point_sigmas_mu[static_cast<size_t>(i)]});
   }
   for (int32_t i = 0; i < part.n_observations; ++i) {
     delta->observations_added.push_back(
-        {part.observation_keyframe_ids[i], part.observation_point_ids[i]});
+        {KeyframeId(part.observation_keyframe_ids[i]), PointId(part.observation_point_ids[i])});
   }
   return true;
 }
 
 std::vector<carving_delta_t> split(const CarvingDelta& delta, size_t max_bytes) {
   PartWriter<carving_delta_t> writer(max_bytes);
-  for (int32_t id : delta.cells_removed) writer.room(4).removed_cell_ids.push_back(id);
-  for (int32_t id : delta.vertices_removed) writer.room(4).removed_vertex_ids.push_back(id);
+  for (const CellId id : delta.cells_removed) writer.room(4).removed_cell_ids.push_back(id.value());
+  for (const VertexId id : delta.vertices_removed) {
+    writer.room(4).removed_vertex_ids.push_back(id.value());
+  }
   for (const CarvingVertex& v : delta.vertices_set) {
     carving_delta_t& m = writer.room(24);
-    m.vertex_ids.push_back(v.id);
+    m.vertex_ids.push_back(v.id.value());
     push_position(v.position_in_map, &m.vertex_positions_mu);
     m.vertex_observations.push_back(v.evidence.observations);
     m.vertex_spreads_rad.push_back(v.evidence.spread_rad);
   }
   for (const CarvingCell& c : delta.cells_added) {
     carving_delta_t& m = writer.room(48);
-    m.cell_ids.push_back(c.id);
-    m.cell_vertex_ids.insert(m.cell_vertex_ids.end(), c.vertices.begin(), c.vertices.end());
+    m.cell_ids.push_back(c.id.value());
+    for (const VertexId v : c.vertices) m.cell_vertex_ids.push_back(v.value());
     m.cell_constraints.push_back(c.constraints);
     push_votes(c.votes, &m.cell_votes);
   }
   for (const CarvingCellUpdate& u : delta.cells_updated) {
     carving_delta_t& m = writer.room(32);
-    m.updated_cell_ids.push_back(u.id);
+    m.updated_cell_ids.push_back(u.id.value());
     m.updated_cell_constraints.push_back(u.constraints);
     push_votes(u.votes, &m.updated_cell_votes);
   }
   for (const CarvingVertexUpdate& u : delta.vertices_updated) {
     carving_delta_t& m = writer.room(12);
-    m.updated_vertex_ids.push_back(u.id);
+    m.updated_vertex_ids.push_back(u.id.value());
     m.updated_vertex_observations.push_back(u.evidence.observations);
     m.updated_vertex_spreads_rad.push_back(u.evidence.spread_rad);
   }
@@ -305,30 +313,28 @@ bool append(const carving_delta_t& part, CarvingDelta* delta) {
         &part.updated_cell_constraints, &part.cell_votes, &part.updated_cell_votes}) {
     if (!all_non_negative(*values)) return false;
   }
-  const auto extend = [](std::vector<int32_t>* to, const std::vector<int32_t>& from) {
-    to->insert(to->end(), from.begin(), from.end());
-  };
-  extend(&delta->cells_removed, part.removed_cell_ids);
-  extend(&delta->vertices_removed, part.removed_vertex_ids);
+  append_ids(&delta->cells_removed, part.removed_cell_ids);
+  append_ids(&delta->vertices_removed, part.removed_vertex_ids);
   for (int32_t i = 0; i < part.n_vertices; ++i) {
-    delta->vertices_set.push_back({part.vertex_ids[i],
+    delta->vertices_set.push_back({VertexId(part.vertex_ids[i]),
                                    position_at(part.vertex_positions_mu, i),
                                    {part.vertex_observations[i], part.vertex_spreads_rad[i]}});
   }
   for (int32_t i = 0; i < part.n_cells; ++i) {
     const int32_t* v = &part.cell_vertex_ids[4 * static_cast<size_t>(i)];
-    delta->cells_added.push_back({part.cell_ids[i],
-                                  {v[0], v[1], v[2], v[3]},
+    delta->cells_added.push_back({CellId(part.cell_ids[i]),
+                                  {VertexId(v[0]), VertexId(v[1]), VertexId(v[2]), VertexId(v[3])},
                                   part.cell_constraints[i],
                                   votes_at(part.cell_votes, i)});
   }
   for (int32_t i = 0; i < part.n_cells_updated; ++i) {
-    delta->cells_updated.push_back({part.updated_cell_ids[i], part.updated_cell_constraints[i],
+    delta->cells_updated.push_back({CellId(part.updated_cell_ids[i]),
+                                    part.updated_cell_constraints[i],
                                     votes_at(part.updated_cell_votes, i)});
   }
   for (int32_t i = 0; i < part.n_vertices_updated; ++i) {
     delta->vertices_updated.push_back(
-        {part.updated_vertex_ids[i],
+        {VertexId(part.updated_vertex_ids[i]),
          {part.updated_vertex_observations[i], part.updated_vertex_spreads_rad[i]}});
   }
   return true;
@@ -337,7 +343,7 @@ bool append(const carving_delta_t& part, CarvingDelta* delta) {
 mesh_t to_message(const Mesh& mesh) {
   mesh_t m{};
   for (const Eigen::Vector3f& v : mesh.vertices_in_map) push_position(v, &m.vertex_positions_mu);
-  m.vertex_ids = mesh.vertex_ids;
+  for (const VertexId id : mesh.vertex_ids) m.vertex_ids.push_back(id.value());
   m.vertex_confidences = mesh.confidences;
   for (const auto& t : mesh.triangles) {
     m.triangle_vertices.insert(m.triangle_vertices.end(), t.begin(), t.end());
@@ -356,7 +362,7 @@ std::optional<Mesh> from_message(const mesh_t& m) {
     if (v < 0 || v >= m.n_vertices) return std::nullopt;
   }
   Mesh mesh;
-  mesh.vertex_ids = m.vertex_ids;
+  append_ids(&mesh.vertex_ids, m.vertex_ids);
   mesh.confidences = m.vertex_confidences;
   for (int32_t i = 0; i < m.n_vertices; ++i) {
     mesh.vertices_in_map.push_back(position_at(m.vertex_positions_mu, i));

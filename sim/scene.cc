@@ -193,7 +193,7 @@ std::optional<std::string> write_scene_ply(const Scene& scene, const std::string
   Mesh mesh;
   for (const Vertex& vertex : scene.vertices) {
     mesh.vertices_in_map.push_back(vertex.point_in_world);
-    mesh.vertex_ids.push_back(static_cast<int32_t>(mesh.vertex_ids.size()));
+    mesh.vertex_ids.emplace_back(static_cast<int32_t>(mesh.vertex_ids.size()));
     mesh.confidences.push_back(1);
   }
   for (const Triangle& triangle : scene.triangles) {

@@ -85,8 +85,8 @@ class Parser {
 
   bool parse_point(std::istringstream& in) {
     if (sequence_.events.empty() || !parse_position(in)) return false;
-    const int32_t id = delta().points_set.back().id;
-    for (int32_t earlier = 0; in >> earlier;) {
+    const PointId id = delta().points_set.back().id;
+    for (KeyframeId earlier; in >> earlier;) {
       if (options_.earlier_observations) delta().observations_added.push_back({earlier, id});
     }
     return true;
@@ -94,12 +94,12 @@ class Parser {
 
   bool parse_observations(std::istringstream& in) {
     if (sequence_.events.empty()) return false;
-    for (int32_t id = 0; in >> id;) delta().observations_added.push_back({keyframe_, id});
+    for (PointId id; in >> id;) delta().observations_added.push_back({keyframe_, id});
     return true;
   }
 
   bool parse_deletion(std::istringstream& in) {
-    int32_t id = 0;
+    PointId id;
     if (!(in >> id)) return false;
     start(CarvEventKind::kDeletion).points_removed.push_back(id);
     return true;
@@ -107,7 +107,7 @@ class Parser {
 
   CarvReadOptions options_;
   CarvSequence& sequence_;
-  int32_t keyframe_ = 0;
+  KeyframeId keyframe_;
 };
 
 // Reads one line of any length; false at the end of the file.
@@ -142,11 +142,11 @@ CarvSequence read_carv(const std::string& path, const CarvReadOptions& options) 
 }
 
 MapDelta final_map(const CarvSequence& sequence) {
-  std::map<int32_t, MapKeyframe> keyframes;
-  std::map<int32_t, MapPoint> points;
+  std::map<KeyframeId, MapKeyframe> keyframes;
+  std::map<PointId, MapPoint> points;
   std::set<MapObservation> observations;
   for (const CarvEvent& event : sequence.events) {
-    for (const int32_t id : event.delta.points_removed) points.erase(id);
+    for (const PointId id : event.delta.points_removed) points.erase(id);
     for (const auto& keyframe : event.delta.keyframes_set) keyframes[keyframe.id] = keyframe;
     for (const auto& point : event.delta.points_set) points[point.id] = point;
     for (const auto& seen : event.delta.observations_added) observations.insert(seen);

@@ -33,9 +33,9 @@ void print(const CarveResult& result) {
         result.cut_from_scratch.mean(), result.cut.carved_cells, result.cut.cells,
         result.mesh.triangles.size(), result.cut.split_vertices, result.cut.split_edges);
   }
-  std::printf("cells %lld, carved %lld, ray-cell pairs %lld (at most %lld in a cell)\n",
+  std::printf("cells %lld, carved %lld, constraint-cell pairs %lld (at most %lld in a cell)\n",
               static_cast<long long>(s.cells), static_cast<long long>(s.carved_cells),
-              static_cast<long long>(s.ray_cell_pairs),
+              static_cast<long long>(s.constraint_cell_pairs),
               static_cast<long long>(s.max_constraints_in_cell));
   std::printf("vertices %lld, keyframes %lld, constraints %lld, ignored %lld, rebuilds %lld\n",
               static_cast<long long>(s.vertices), static_cast<long long>(s.keyframes),
@@ -67,7 +67,7 @@ void write_json(const CarveResult& result, const std::string& path) {
   const CarverStatistics& s = result.statistics;
   out << "  \"from_scratch_ms\": " << result.from_scratch.mean() << ",\n  \"cells\": " << s.cells
       << ",\n  \"carved_cells\": " << s.carved_cells
-      << ",\n  \"ray_cell_pairs\": " << s.ray_cell_pairs
+      << ",\n  \"constraint_cell_pairs\": " << s.constraint_cell_pairs
       << ",\n  \"memory_estimate_mb\": " << static_cast<double>(s.memory_bytes) / 1048576.0
       << ",\n  \"peak_mb\": " << result.peak_memory_mb << "\n}\n";
   write_output(path, out.str());
@@ -78,10 +78,10 @@ void write_events(const CarvSequence& sequence, const CarveResult& result,
   if (path.empty()) return;
   std::ostringstream out;
   out << "kind,points,constraints_added,carve_ms,cut_ms\n";
-  std::set<int32_t> points;
+  std::set<PointId> points;
   for (size_t i = 0; i < sequence.events.size(); ++i) {
     const MapDelta& delta = sequence.events[i].delta;
-    for (const int32_t id : delta.points_removed) points.erase(id);
+    for (const PointId id : delta.points_removed) points.erase(id);
     for (const MapPoint& point : delta.points_set) points.insert(point.id);
     out << kKindNames[static_cast<size_t>(sequence.events[i].kind)] << "," << points.size() << ","
         << delta.observations_added.size() << "," << result.carve_ms[i] << ","
@@ -98,8 +98,9 @@ void write_obj(const Mesh& mesh, const std::string& path) {
     out << "v " << v.x() << " " << v.y() << " " << v.z() << "\n";
   }
   for (const auto& t : mesh.triangles) {
-    const bool guessed = std::any_of(
-        t.begin(), t.end(), [&](int32_t v) { return mesh.vertex_ids[static_cast<size_t>(v)] < 0; });
+    const bool guessed = std::any_of(t.begin(), t.end(), [&](int32_t v) {
+      return !mesh.vertex_ids[static_cast<size_t>(v)].is_point();
+    });
     if (!guessed) out << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
   }
   write_output(path, out.str());

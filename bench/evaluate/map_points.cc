@@ -13,10 +13,10 @@ void MapPoints::on_message(std::span<const uint8_t> bytes) {
     points_.clear();
     keyframes_.clear();
   }
-  for (int32_t id : delta.points_removed) points_.erase(id);
+  for (const PointId id : delta.points_removed) points_.erase(id);
   for (const MapPoint& p : delta.points_set) points_[p.id] = p.position_in_map.cast<double>();
   for (const MapKeyframe& k : delta.keyframes_set) keyframes_.insert(k.id);
-  for (int32_t id : delta.keyframes_removed) keyframes_.erase(id);
+  for (const KeyframeId id : delta.keyframes_removed) keyframes_.erase(id);
 }
 
 std::vector<Eigen::Vector3d> MapPoints::positions_in_map() const {

@@ -19,8 +19,8 @@ class MapPoints {
   int keyframes() const { return static_cast<int>(keyframes_.size()); }
 
  private:
-  std::map<int32_t, Eigen::Vector3d> points_;
-  std::set<int32_t> keyframes_;
+  std::map<PointId, Eigen::Vector3d> points_;
+  std::set<KeyframeId> keyframes_;
 };
 
 }  // namespace foresight

@@ -20,7 +20,7 @@ void MeshFollower::begin_epoch(int epoch) {
 
 void MeshFollower::follow(Time time, int epoch, const MapDelta& delta) {
   if (epoch != epoch_) begin_epoch(epoch);
-  for (const int32_t id : delta.keyframes_removed) keyframes_.erase(id);
+  for (const KeyframeId id : delta.keyframes_removed) keyframes_.erase(id);
   for (const MapKeyframe& k : delta.keyframes_set) keyframes_[k.id] = k;
   const CarvingDelta carving = carver_.apply(delta);
   FORESIGHT_CHECK(mesher_.apply(carving) == ApplyResult::kOk);

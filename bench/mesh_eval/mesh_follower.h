@@ -40,7 +40,7 @@ class MeshFollower {
   /// Of the whole map of the present epoch, as it is now.
   Mesh mesh() { return mesher_.update(); }
   int epoch() const { return epoch_; }
-  const std::map<int32_t, MapKeyframe>& keyframes() const { return keyframes_; }
+  const std::map<KeyframeId, MapKeyframe>& keyframes() const { return keyframes_; }
   CarverStatistics carver_statistics() const { return carver_.statistics(); }
 
  private:
@@ -50,7 +50,7 @@ class MeshFollower {
   MeshOptions options_;
   Carver carver_;
   Mesher mesher_;
-  std::map<int32_t, MapKeyframe> keyframes_;
+  std::map<KeyframeId, MapKeyframe> keyframes_;
   std::vector<SentMesh> sent_;
   int epoch_ = 0;
   std::optional<Time> next_;  // tick of the timer that sends

@@ -181,7 +181,7 @@ class Drawing {
     std::array<std::vector<double>, 3> coordinates;
     std::vector<Eigen::Vector3d> points;
     for (size_t i = 0; i < evaluation_.mesh.vertex_ids.size(); ++i) {
-      if (evaluation_.mesh.vertex_ids[i] < 0) continue;
+      if (!evaluation_.mesh.vertex_ids[i].is_point()) continue;
       points.push_back(evaluation_.mesh.vertices_in_map[i].cast<double>());
       for (int axis = 0; axis < 3; ++axis)
         coordinates[static_cast<size_t>(axis)].push_back(points.back()[axis]);

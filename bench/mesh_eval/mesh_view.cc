@@ -12,7 +12,8 @@ bool is_measured(const Mesh& mesh, const std::array<int32_t, 3>& triangle,
                  double least_confidence) {
   return std::all_of(triangle.begin(), triangle.end(), [&](int32_t vertex) {
     const auto v = static_cast<size_t>(vertex);
-    return mesh.vertex_ids[v] >= 0 && static_cast<double>(mesh.confidences[v]) >= least_confidence;
+    return mesh.vertex_ids[v].is_point() &&
+           static_cast<double>(mesh.confidences[v]) >= least_confidence;
   });
 }
 

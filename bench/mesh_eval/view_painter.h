@@ -34,7 +34,7 @@ class ViewPainter {
   const MeshView& occluders_;
   std::vector<MapKeyframe> keyframes_;
   CameraModel camera_;  // of the smaller images
-  std::map<int32_t, cv::Mat> images_;
+  std::map<KeyframeId, cv::Mat> images_;
 };
 
 }  // namespace foresight

@@ -13,8 +13,8 @@ namespace {
 constexpr double kMaxApart_s = 0.5;
 constexpr int kPatchRadius_px = 4;
 
-int32_t nearest_keyframe(const std::map<int32_t, Time>& times, Time time) {
-  int32_t best = -1;
+KeyframeId nearest_keyframe(const std::map<KeyframeId, Time>& times, Time time) {
+  KeyframeId best;
   double best_s = kMaxApart_s;
   for (const auto& [id, t] : times) {
     const double apart_s = std::abs((t - time).seconds());
@@ -89,23 +89,23 @@ DepthCheck summarise(const std::vector<Compared>& compared) {
 }  // namespace
 
 DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
-                       const std::map<int32_t, Time>& keyframe_times,
+                       const std::map<KeyframeId, Time>& keyframe_times,
                        const std::map<Time, Pose<Map, Cam>>& live_poses, InputReport* report) {
-  std::map<int32_t, MapPoint> points;
+  std::map<PointId, MapPoint> points;
   for (const MapPoint& p : snapshot.points_set) points[p.id] = p;
-  std::map<int32_t, std::vector<int32_t>> seen_by;
+  std::map<KeyframeId, std::vector<PointId>> seen_by;
   for (const MapObservation& o : snapshot.observations_added) {
     seen_by[o.keyframe_id].push_back(o.point_id);
   }
   std::vector<Compared> compared;
   for (const SequenceImage& entry : sequence.depth_images) {
     const auto live = live_poses.find(entry.time);
-    const int32_t keyframe = nearest_keyframe(keyframe_times, entry.time);
-    if (live == live_poses.end() || keyframe < 0) continue;
+    const KeyframeId keyframe = nearest_keyframe(keyframe_times, entry.time);
+    if (live == live_poses.end() || !keyframe.is_valid()) continue;
     const cv::Mat depth_m = load_depth(sequence, entry, report);
     if (depth_m.empty()) continue;
     const Pose<Cam, Map> cam_from_map = live->second.inverse();
-    for (const int32_t id : seen_by[keyframe]) {
+    for (const PointId id : seen_by[keyframe]) {
       const MapPoint& point = points.at(id);
       const Eigen::Vector3d p = cam_from_map * point.position_in_map.cast<double>();
       if (p.z() <= 0 || !sequence.camera.in_image(sequence.camera.project(p), kPatchRadius_px + 1))

@@ -26,7 +26,7 @@ struct DepthCheck {
 /// `live_poses`: at the times of depth images; others are passed over. `report`: which of the depth
 /// images that were wanted could be used.
 DepthCheck check_depth(const Sequence& sequence, const MapDelta& snapshot,
-                       const std::map<int32_t, Time>& keyframe_times,
+                       const std::map<KeyframeId, Time>& keyframe_times,
                        const std::map<Time, Pose<Map, Cam>>& live_poses, InputReport* report);
 
 }  // namespace foresight

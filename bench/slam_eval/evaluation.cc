@@ -33,12 +33,12 @@ uint64_t hash_of(const std::vector<Answer>& answers, const MapDelta& snapshot) {
   }
   for (const MapKeyframe& k : snapshot.keyframes_set) add_pose(k.map_from_cam, &hash);
   for (const MapPoint& p : snapshot.points_set) {
-    hash.add_value(p.id);
+    hash.add_value(p.id.value());
     for (const float x : p.position_in_map) hash.add_value(x);
   }
   for (const MapObservation& o : snapshot.observations_added) {
-    hash.add_value(o.keyframe_id);
-    hash.add_value(o.point_id);
+    hash.add_value(o.keyframe_id.value());
+    hash.add_value(o.point_id.value());
   }
   return hash.value();
 }
@@ -52,7 +52,7 @@ void print_frame(const Answer& a, const TrackingResult& r, double ms) {
 }
 
 // The delta after an image that became a keyframe names it: its newest new keyframe.
-void note_keyframe(const MapDelta& delta, Time time, std::map<int32_t, Time>* times) {
+void note_keyframe(const MapDelta& delta, Time time, std::map<KeyframeId, Time>* times) {
   for (auto k = delta.keyframes_set.rbegin(); k != delta.keyframes_set.rend(); ++k) {
     if (times->empty() || k->id > times->rbegin()->first) (*times)[k->id] = time;
   }
@@ -262,7 +262,7 @@ class Run {
   Slam slam_;
   Timeline timeline_;
   std::vector<double> track_ms_, job_ms_;
-  std::map<int32_t, Time> keyframe_times_;
+  std::map<KeyframeId, Time> keyframe_times_;
 };
 
 }  // namespace

@@ -8,8 +8,8 @@ void MapStore::clear() {
 }
 
 void MapStore::apply(const MapDelta& delta) {
-  for (const int32_t id : delta.points_removed) points_.erase(id);
-  for (const int32_t id : delta.keyframes_removed) keyframes_.erase(id);
+  for (const PointId id : delta.points_removed) points_.erase(id);
+  for (const KeyframeId id : delta.keyframes_removed) keyframes_.erase(id);
   const auto is_possible = [](const auto& v) {
     return static_cast<double>(v.cwiseAbs().maxCoeff()) <= kMaxCoordinate_mu;
   };
@@ -21,7 +21,7 @@ void MapStore::apply(const MapDelta& delta) {
   }
 }
 
-const MapKeyframe* MapStore::find_keyframe(int32_t id) const {
+const MapKeyframe* MapStore::find_keyframe(KeyframeId id) const {
   const auto it = keyframes_.find(id);
   return it == keyframes_.end() ? nullptr : &it->second;
 }

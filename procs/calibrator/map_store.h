@@ -16,16 +16,16 @@ class MapStore {
   /// those of a broken map and are passed over.
   void apply(const MapDelta& delta);
 
-  const std::map<int32_t, MapKeyframe>& keyframes() const { return keyframes_; }
-  const MapKeyframe* find_keyframe(int32_t id) const;
+  const std::map<KeyframeId, MapKeyframe>& keyframes() const { return keyframes_; }
+  const MapKeyframe* find_keyframe(KeyframeId id) const;
   /// The keyframe whose camera is nearest; null without any. O(keyframes).
   const MapKeyframe* nearest_keyframe(const Eigen::Vector3d& position_in_map) const;
   /// In order of their ids: the oldest first.
   std::vector<Eigen::Vector3f> points_in_map() const;
 
  private:
-  std::map<int32_t, MapKeyframe> keyframes_;
-  std::map<int32_t, Eigen::Vector3f> points_;
+  std::map<KeyframeId, MapKeyframe> keyframes_;
+  std::map<PointId, Eigen::Vector3f> points_;
 };
 
 }  // namespace foresight::calibration

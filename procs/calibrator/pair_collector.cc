@@ -18,7 +18,7 @@ void PairCollector::clear() {
   excluded_.clear();
 }
 
-bool PairCollector::knows(int32_t keyframe_id) const {
+bool PairCollector::knows(KeyframeId keyframe_id) const {
   return keyframes_.contains(keyframe_id) || excluded_.contains(keyframe_id) ||
          std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& w) {
            return w.is_keyframe && w.keyframe_id == keyframe_id;
@@ -51,7 +51,7 @@ void PairCollector::add_frame(Time time, const Pose<Map, Cam>& map_from_cam) {
 // A keyframe that left the map takes its pairs with it: there is no pose left to compare with the
 // arm's.
 void PairCollector::forget_removed() {
-  const auto is_gone = [&](int32_t id) { return map_.find_keyframe(id) == nullptr; };
+  const auto is_gone = [&](KeyframeId id) { return map_.find_keyframe(id) == nullptr; };
   std::erase_if(keyframes_, [&](const auto& k) { return is_gone(k.first); });
   std::erase_if(frames_, [&](const FramePair& f) { return is_gone(f.keyframe_id); });
   std::erase_if(excluded_, is_gone);

@@ -59,14 +59,14 @@ class PairCollector {
   };
   struct FramePair {
     Time time;
-    int32_t keyframe_id;
+    KeyframeId keyframe_id;
     Pose<Cam, Cam> keyframe_from_cam;  // translation in mu
     ArmTrack arm;
     Pose<Base, Ee> hand;  // at `time`
   };
   struct Waiting {
     Time time;
-    int32_t keyframe_id;  // the keyframe itself, or the one nearest to the frame
+    KeyframeId keyframe_id;  // the keyframe itself, or the one nearest to the frame
     bool is_keyframe;
     Pose<Cam, Cam> keyframe_from_cam;  // of a frame
   };
@@ -77,7 +77,7 @@ class PairCollector {
   bool take(const Waiting& waiting, ArmTrack arm);
   /// Multiples of the spacing between two hands.
   double distance(const Pose<Base, Ee>& a, const Pose<Base, Ee>& b) const;
-  bool knows(int32_t keyframe_id) const;
+  bool knows(KeyframeId keyframe_id) const;
   void push(const Waiting& waiting);
   template <class IsOut>
   void discard(const IsOut& is_out);
@@ -86,10 +86,10 @@ class PairCollector {
   PairCollectorOptions options_;
   const ArmHistory& arm_;
   const MapStore& map_;
-  std::map<int32_t, KeyframePair> keyframes_;
+  std::map<KeyframeId, KeyframePair> keyframes_;
   std::vector<FramePair> frames_;
   std::deque<Waiting> waiting_;
-  std::set<int32_t> excluded_;  // keyframes
+  std::set<KeyframeId> excluded_;
 };
 
 }  // namespace foresight::calibration

@@ -27,20 +27,20 @@ CarvingDelta Carver::Impl::apply(const MapDelta& delta) {
   return reason == RebuildReason::kNever ? update() : rebuild(reason);
 }
 
-size_t Carver::Impl::memory_bytes() const {
+int64_t Carver::Impl::memory_bytes() const {
   return map.memory_bytes() + delaunay.memory_bytes() + tracer.lists().memory_bytes();
 }
 
-// After the delta's own work, before its result is told. Once more if rays were shorter than usual.
+// After the delta's own work, before its result is told. Once more if constraints were shorter than
+// usual.
 void Carver::Impl::thin() {
   const auto over = [&] {
-    return options.memory_limit_bytes > 0 &&
-           memory_bytes() > static_cast<size_t>(options.memory_limit_bytes);
+    return options.memory_limit_bytes > 0 && memory_bytes() > options.memory_limit_bytes;
   };
   over_limit = over();
   while (over_limit) {
     const size_t before = map.staged.retired.size();
-    if (thin_oldest(map, rays_to_forget()) == 0) return;
+    if (thin_oldest(map, constraints_to_forget()) == 0) return;
     tracer.forget(std::span(map.staged.retired).subspan(before));
     tracer.lists().compact();
     over_limit = over();
@@ -50,13 +50,14 @@ void Carver::Impl::thin() {
 // Lists are what forgetting makes smaller: down to three quarters of the limit, so that not every
 // delta has to do it again, but by no more than a quarter of the lists unless the limit asks for
 // it.
-int64_t Carver::Impl::rays_to_forget() const {
+int64_t Carver::Impl::constraints_to_forget() const {
   const auto limit = static_cast<double>(options.memory_limit_bytes);
   const auto held = static_cast<double>(memory_bytes());
   const auto lists = static_cast<double>(tracer.lists().list_bytes());
   const double bytes = std::max(held - limit, std::min(held - 0.75 * limit, 0.25 * lists));
-  const auto rays = static_cast<double>(map.live_rays);
-  return static_cast<int64_t>(std::min(rays, std::ceil(rays * bytes / std::max(lists, 1.0))));
+  const auto constraints = static_cast<double>(map.live_constraints);
+  return static_cast<int64_t>(
+      std::min(constraints, std::ceil(constraints * bytes / std::max(lists, 1.0))));
 }
 
 RebuildReason Carver::Impl::rebuild_reason() const {
@@ -66,26 +67,27 @@ RebuildReason Carver::Impl::rebuild_reason() const {
 }
 
 bool Carver::Impl::staged_fits_hull() const {
-  for (const int32_t point : map.staged.attached) {
-    const carving::PointRecord& record = map.points[static_cast<size_t>(point)];
+  for (const carving::PointIndex point : map.staged.attached) {
+    const carving::PointRecord& record = map.points[point];
     if (record.alive && !hull.holds(record.position)) return false;
   }
   return std::all_of(map.keyframes.begin(), map.keyframes.end(), [&](const auto& keyframe) {
-    return !keyframe.alive || keyframe.start.cell >= 0 || hull.holds(keyframe.centre);
+    return !keyframe.alive || keyframe.start.cell.is_valid() || hull.holds(keyframe.centre);
   });
 }
 
 // Estimates in microseconds, measured on the carving sequences (docs/algorithms/carving.md).
 bool Carver::Impl::update_is_dearer() const {
-  constexpr double kRemoval = 16.0, kInsertion = 11.0, kBuiltVertex = 8.0, kRay = 1.1;
-  constexpr double kRetracing = 18.0;  // of the rays through what a removal or insertion changes
+  constexpr double kRemoval = 16.0, kInsertion = 11.0, kBuiltVertex = 8.0, kConstraint = 1.1;
+  constexpr double kRetracing =
+      18.0;  // of the constraints through what a removal or insertion changes
   const auto removals = static_cast<double>(map.staged.detached.size());
   const auto insertions = static_cast<double>(map.staged.attached.size());
   const auto walks = static_cast<double>(map.staged.retired.size() + map.staged.issued.size());
   const double update = kRemoval * removals + kInsertion * insertions +
-                        kRetracing * (removals + insertions) + kRay * walks;
+                        kRetracing * (removals + insertions) + kConstraint * walks;
   const double anew = kBuiltVertex * static_cast<double>(map.live_points) +
-                      kRay * static_cast<double>(map.live_rays);
+                      kConstraint * static_cast<double>(map.live_constraints);
   return update > options.rebuild_cost_ratio * anew;
 }
 
@@ -114,7 +116,7 @@ std::optional<carving::Hull> Carver::Impl::choose_hull() const {
 }
 
 CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
-  using carving::CellState;
+  using carving::ConstraintIndex;
   const std::optional<carving::Hull> chosen = choose_hull();
   if (!chosen) {
     map.postpone();
@@ -125,13 +127,13 @@ CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
   vertices.rebuild(hull.corners());
   tracer.reset();
   for (auto& keyframe : map.keyframes) keyframe.start = carving::Feature{};
-  std::vector<int32_t> rays;
-  for (size_t ray = 0; ray < map.rays.size(); ++ray) {
-    carving::RayState& state = map.rays[ray].state;
-    if (state == carving::RayState::kTraced) state = carving::RayState::kNew;
-    if (state == carving::RayState::kNew) rays.push_back(static_cast<int32_t>(ray));
+  std::vector<ConstraintIndex> constraints;
+  for (const ConstraintIndex constraint : map.constraints.ids()) {
+    carving::ConstraintState& state = map.constraints[constraint].state;
+    if (state == carving::ConstraintState::kTraced) state = carving::ConstraintState::kNew;
+    if (state == carving::ConstraintState::kNew) constraints.push_back(constraint);
   }
-  map.staged.issued = std::move(rays);
+  map.staged.issued = std::move(constraints);
   tracer.relocate();
   tracer.note_all_cells();
   tracer.trace(map.staged.issued);
@@ -141,7 +143,7 @@ CarvingDelta Carver::Impl::rebuild(RebuildReason reason) {
   finish();
   ++rebuilds;
   last_rebuild = reason;
-  cells_replaced = static_cast<int64_t>(before.cells_added.size());
+  cells_replaced = before.cells_added.size();
   return replacement(before, snapshot());
 }
 
@@ -156,19 +158,19 @@ CarverStatistics Carver::Impl::collect_statistics() const {
   s.points = map.live_points;
   s.vertices = vertices.live();
   s.keyframes = map.live_keyframes;
-  s.constraints = map.live_rays;
-  s.thinned_constraints = map.thinned_rays;
+  s.constraints = map.live_constraints;
+  s.thinned_constraints = map.thinned_constraints;
   const auto& lists = tracer.lists();
-  const auto& states = delaunay.complex().states;
-  for (size_t cell = 0; cell < states.size(); ++cell) {
+  const auto& states = delaunay.tetrahedra().states;
+  for (const CellId cell : states.ids()) {
     if (states[cell] != carving::CellState::kKept) continue;
-    const int64_t count = lists.constraints(static_cast<int32_t>(cell));
+    const int64_t count = lists.constraints(cell);
     ++s.cells;
     s.carved_cells += count > 0;
     s.max_constraints_in_cell = std::max(s.max_constraints_in_cell, count);
   }
-  s.ray_cell_pairs = lists.pairs();
-  s.memory_bytes = static_cast<int64_t>(memory_bytes());
+  s.constraint_cell_pairs = lists.pairs();
+  s.memory_bytes = memory_bytes();
   s.over_memory_limit = over_limit;
   s.ignored_inputs = map.ignored;
   s.rebuilds = rebuilds;

@@ -65,7 +65,7 @@ struct CarverStatistics {
   int64_t thinned_constraints = 0;  // forgotten because of the memory limit, since the start
   int64_t cells = 0;                // finite cells
   int64_t carved_cells = 0;
-  int64_t ray_cell_pairs = 0;  // sum of the cells' constraint counts
+  int64_t constraint_cell_pairs = 0;  // sum of the cells' constraint counts
   int64_t max_constraints_in_cell = 0;
   int64_t memory_bytes = 0;        // estimate of what the carver holds
   bool over_memory_limit = false;  // and nothing is left that could be thinned
@@ -95,7 +95,7 @@ class Carver {
 
   CarverStatistics statistics() const;
   /// Empty when every invariant holds, else the first broken one: Delaunay property, adjacency,
-  /// and each cell's constraints = an exact brute force over all segments (for tests: slow).
+  /// and each cell's constraints = an exact brute force over all constraints (for tests: slow).
   std::string validate() const;
 
  private:

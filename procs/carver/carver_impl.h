@@ -20,7 +20,7 @@ struct Carver::Impl {
       : options(o),
         map(o.max_coordinate_mu),
         vertices(map, delaunay),
-        tracer(map, delaunay.complex(), o.max_constraints_per_cell) {}
+        tracer(map, delaunay.tetrahedra(), o.max_constraints_per_cell) {}
 
   CarvingDelta apply(const MapDelta& delta);
   CarvingDelta snapshot() const;
@@ -29,18 +29,19 @@ struct Carver::Impl {
 
   RebuildReason rebuild_reason() const;
   bool update_is_dearer() const;
-  size_t memory_bytes() const;
+  int64_t memory_bytes() const;
   void thin();
-  int64_t rays_to_forget() const;
+  int64_t constraints_to_forget() const;
   bool staged_fits_hull() const;
   CarvingDelta update();
   CarvingDelta rebuild(RebuildReason reason);
   CarvingDelta net_delta(const carving::TriangulationChange& change);
-  std::vector<int32_t> vertices_of_changed_rays() const;
-  std::vector<CarvingVertexUpdate> refresh_evidence(const std::vector<int32_t>& affected);
+  std::vector<carving::VertexIndex> vertices_of_changed_constraints() const;
+  std::vector<CarvingVertexUpdate> refresh_evidence(
+      const std::vector<carving::VertexIndex>& affected);
   static CarvingDelta replacement(const CarvingDelta& before, CarvingDelta after);
-  CarvingVertex vertex_message(int32_t vertex) const;
-  CarvingCell cell_message(int32_t cell) const;
+  CarvingVertex vertex_message(carving::VertexIndex vertex) const;
+  CarvingCell cell_message(CellId cell) const;
   std::optional<carving::Hull> choose_hull() const;
   void finish();
 

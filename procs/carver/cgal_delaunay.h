@@ -7,19 +7,19 @@
 #include <CGAL/Triangulation_cell_base_with_info_3.h>
 #include <CGAL/Triangulation_vertex_base_with_info_3.h>
 
-#include <cstdint>
+#include "procs/carver/tetrahedra.h"
 
 namespace foresight::carving {
 
-inline constexpr int32_t kUnnumbered = -1;
-inline constexpr int32_t kOutside = -2;  // infinite cells; they never change: all points are inside
+inline constexpr CellId kUnnumbered{};
+inline constexpr CellId kOutside{-2};  // infinite cells; they never change: all points are inside
 
 struct CellNumber {
-  int32_t id = kUnnumbered;
+  CellId id = kUnnumbered;
 };
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<int32_t, Kernel>;
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<VertexIndex, Kernel>;
 using CellBase =
     CGAL::Triangulation_cell_base_with_info_3<CellNumber, Kernel,
                                               CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;

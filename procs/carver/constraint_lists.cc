@@ -8,20 +8,17 @@ namespace foresight::carving {
 
 void ConstraintLists::reset() { *this = ConstraintLists(); }
 
-CellVotes ConstraintLists::votes(int32_t cell) const {
-  const auto count = [&](uint32_t code) {
-    return static_cast<int32_t>(at(cell).count.by_code[code]);
-  };
+CellVotes ConstraintLists::votes(CellId cell) const {
+  const auto count = [&](uint32_t code) -> int32_t { return at(cell).count.by_code[code]; };
   return {{count(0), count(1), count(2), count(3)}, count(kEntryStart), count(kEntryEnd)};
 }
 
-std::vector<int32_t> ConstraintLists::take_changed() {
-  std::vector<int32_t> changed;
+std::vector<CellId> ConstraintLists::take_changed() {
+  std::vector<CellId> changed;
   for (const Touched& touched : touched_) {
     List& list = at(touched.cell);
     list.touched = false;
-    const Count before =
-        touched.before < 0 ? Count{} : counts_before_[static_cast<size_t>(touched.before)];
+    const Count before = touched.before.is_valid() ? counts_before_[touched.before] : Count{};
     if (list.count != before) changed.push_back(touched.cell);
   }
   touched_.clear();
@@ -29,7 +26,7 @@ std::vector<int32_t> ConstraintLists::take_changed() {
   return changed;
 }
 
-void ConstraintLists::release(int32_t cell) {
+void ConstraintLists::release(CellId cell) {
   List& list = at(cell);
   pairs_ -= constraints(cell);
   give_block(list);
@@ -40,33 +37,33 @@ void ConstraintLists::release(int32_t cell) {
 
 void ConstraintLists::grow(List& list) {
   const auto log_capacity = static_cast<uint8_t>(std::max(2, list.log_capacity + 1));
-  uint32_t* data = take_block(log_capacity);
+  Entry* data = take_block(log_capacity);
   std::copy_n(list.data, list.count.entries, data);
   give_block(list);
   list.data = data;
   list.log_capacity = log_capacity;
 }
 
-uint32_t* ConstraintLists::take_block(uint8_t log_capacity) {
+Entry* ConstraintLists::take_block(uint8_t log_capacity) {
   auto& spare = spare_[log_capacity];
   const uint32_t capacity = 1U << log_capacity;
   list_entries_ += capacity;
   if (!spare.empty()) {
-    uint32_t* block = spare.back();
+    Entry* block = spare.back();
     spare.pop_back();
     return block;
   }
   if (capacity > kChunk / 4) {  // a block of its own, before the chunk in use
     pool_entries_ += capacity;
     const auto at = chunks_.empty() ? chunks_.end() : chunks_.end() - 1;
-    return chunks_.insert(at, std::make_unique_for_overwrite<uint32_t[]>(capacity))->get();
+    return chunks_.insert(at, std::make_unique_for_overwrite<Entry[]>(capacity))->get();
   }
   if (chunk_used_ + capacity > kChunk) {
-    chunks_.push_back(std::make_unique_for_overwrite<uint32_t[]>(kChunk));
+    chunks_.push_back(std::make_unique_for_overwrite<Entry[]>(kChunk));
     pool_entries_ += kChunk;
     chunk_used_ = 0;
   }
-  uint32_t* block = chunks_.back().get() + chunk_used_;
+  Entry* block = chunks_.back().get() + chunk_used_;
   chunk_used_ += capacity;
   return block;
 }
@@ -83,7 +80,7 @@ void ConstraintLists::compact() {
   chunk_used_ = kChunk;
   pool_entries_ = list_entries_ = 0;
   for (List& list : lists_) {
-    const uint32_t* data = list.data;
+    const Entry* data = list.data;
     list.data = nullptr;
     list.log_capacity = 0;
     if (list.count.entries == 0) continue;
@@ -95,8 +92,8 @@ void ConstraintLists::compact() {
 }
 
 size_t ConstraintLists::memory_bytes() const {
-  size_t bytes = pool_entries_ * sizeof(uint32_t) + lists_.capacity() * sizeof(List);
-  for (const auto& spare : spare_) bytes += spare.capacity() * sizeof(uint32_t*);
+  size_t bytes = pool_entries_ * sizeof(Entry) + lists_.capacity() * sizeof(List);
+  for (const auto& spare : spare_) bytes += spare.capacity() * sizeof(Entry*);
   return bytes;
 }
 

@@ -17,13 +17,18 @@ namespace {
 
 Kernel::Point_3 to_cgal(const Point3& p) { return {p[0], p[1], p[2]}; }
 
+CellId finite_or_none(CellHandle cell) {
+  const CellId id = cell->info().id;
+  return id == kOutside ? CellId() : id;
+}
+
 }  // namespace
 
 struct Delaunay::Cgal {
   Triangulation triangulation;
-  std::vector<CellHandle> cells;       // by cell id
-  std::vector<VertexHandle> vertices;  // by vertex
-  std::vector<CellHandle> outside;     // the infinite cells
+  IdVector<CellId, CellHandle> cells;
+  IdVector<VertexIndex, VertexHandle> vertices;
+  std::vector<CellHandle> outside;  // the infinite cells
   std::vector<CellHandle> queue;
   CellHandle hint;
   VertexRemoval removal;
@@ -36,7 +41,7 @@ Delaunay::~Delaunay() = default;
 
 void Delaunay::clear() {
   cgal_ = std::make_unique<Cgal>();
-  complex_ = CellComplex{};
+  tetrahedra_ = Tetrahedra{};
   change_ = TriangulationChange{};
   free_cells_.clear();
   built_ = false;
@@ -59,23 +64,19 @@ std::vector<size_t> Delaunay::spatial_order(std::span<const VertexSite> sites) {
 void Delaunay::build(const std::array<Point3, 8>& corners, std::span<const VertexSite> sites) {
   clear();
   Cgal& cgal = *cgal_;
-  size_t vertices = kHullCorners;
-  for (const VertexSite& site : sites) {
-    vertices = std::max(vertices, static_cast<size_t>(site.vertex) + 1);
-  }
-  cgal.vertices.resize(vertices);
-  complex_.positions.resize(vertices);
-  const auto add = [&](size_t vertex, const Point3& position) {
+  VertexIndex limit = kFirstPoint;
+  for (const VertexSite& site : sites) limit = std::max(limit, site.vertex.next());
+  cgal.vertices.resize(limit.index());
+  tetrahedra_.positions.resize(limit.index());
+  const auto add = [&](VertexIndex vertex, const Point3& position) {
     const VertexHandle handle = cgal.triangulation.insert(to_cgal(position), cgal.hint);
-    handle->info() = static_cast<int32_t>(vertex);
+    handle->info() = vertex;
     cgal.vertices[vertex] = handle;
-    complex_.positions[vertex] = position;
+    tetrahedra_.positions[vertex] = position;
     cgal.hint = handle->cell();
   };
-  for (size_t n = 0; n < corners.size(); ++n) add(n, corners[n]);
-  for (const size_t n : spatial_order(sites)) {
-    add(static_cast<size_t>(sites[n].vertex), sites[n].position);
-  }
+  for (size_t n = 0; n < corners.size(); ++n) add(VertexIndex::at(n), corners[n]);
+  for (const size_t n : spatial_order(sites)) add(sites[n].vertex, sites[n].position);
   FORESIGHT_CHECK(cgal.triangulation.number_of_vertices() == sites.size() + corners.size());
   cgal.triangulation.incident_cells(cgal.triangulation.infinite_vertex(),
                                     std::back_inserter(cgal.outside));
@@ -85,7 +86,7 @@ void Delaunay::build(const std::array<Point3, 8>& corners, std::span<const Verte
   fill_created();
 }
 
-int32_t Delaunay::insert(const VertexSite& site) {
+VertexIndex Delaunay::insert(const VertexSite& site) {
   Cgal& cgal = *cgal_;
   Triangulation& t = cgal.triangulation;
   const Kernel::Point_3 point = to_cgal(site.position);
@@ -99,36 +100,35 @@ int32_t Delaunay::insert(const VertexSite& site) {
   t.find_conflicts(point, cell, CGAL::Oneset_iterator<Triangulation::Facet>(border),
                    std::back_inserter(conflicts));
   for (const CellHandle conflict : conflicts) {
-    if (conflict->info().id >= 0) change_.destroyed.push_back(conflict->info().id);
+    if (conflict->info().id.is_valid()) change_.destroyed.push_back(conflict->info().id);
   }
   const VertexHandle handle =
       t.insert_in_hole(point, conflicts.begin(), conflicts.end(), border.first, border.second);
   handle->info() = site.vertex;
-  const auto vertex = static_cast<size_t>(site.vertex);
-  if (vertex >= cgal.vertices.size()) cgal.vertices.resize(vertex + 1);
-  if (vertex >= complex_.positions.size()) complex_.positions.resize(vertex + 1);
-  cgal.vertices[vertex] = handle;
-  complex_.positions[vertex] = site.position;
+  cgal.vertices.grow_to(site.vertex);
+  tetrahedra_.positions.grow_to(site.vertex);
+  cgal.vertices[site.vertex] = handle;
+  tetrahedra_.positions[site.vertex] = site.position;
   cgal.hint = handle->cell();
-  return -1;
+  return {};
 }
 
-void Delaunay::remove(int32_t vertex) {
+void Delaunay::remove(VertexIndex vertex) {
   Cgal& cgal = *cgal_;
-  const VertexHandle handle = cgal.vertices[static_cast<size_t>(vertex)];
+  const VertexHandle handle = cgal.vertices[vertex];
   std::vector<CellHandle> star;
   cgal.triangulation.incident_cells(handle, std::back_inserter(star));
   for (const CellHandle cell : star) {
-    if (cell->info().id >= 0) change_.destroyed.push_back(cell->info().id);
+    if (cell->info().id.is_valid()) change_.destroyed.push_back(cell->info().id);
   }
   if (!cgal.removal.remove(cgal.triangulation, handle, star)) cgal.triangulation.remove(handle);
-  cgal.vertices[static_cast<size_t>(vertex)] = VertexHandle();
+  cgal.vertices[vertex] = VertexHandle();
   cgal.hint = cgal.outside.front();
 }
 
 const TriangulationChange& Delaunay::commit() {
-  for (const int32_t id : change_.destroyed) {
-    complex_.states[static_cast<size_t>(id)] = CellState::kDestroyed;
+  for (const CellId id : change_.destroyed) {
+    tetrahedra_.states[id] = CellState::kDestroyed;
   }
   seed_new_cells();
   fill_created();
@@ -139,18 +139,18 @@ const TriangulationChange& Delaunay::commit() {
 // Numbers a cell that has no number yet and queues it.
 void Delaunay::Cgal::number_new_cell(CellHandle cell, Delaunay& owner) {
   if (cell->info().id != kUnnumbered) return;
-  int32_t id = static_cast<int32_t>(owner.complex_.cells.size());
+  CellId id;
   if (owner.free_cells_.empty()) {
-    add_one(owner.complex_.cells);
-    add_one(owner.complex_.states);
+    id = add_one(owner.tetrahedra_.cells);
+    add_one(owner.tetrahedra_.states);
     add_one(cells);
   } else {
     id = owner.free_cells_.back();
     owner.free_cells_.pop_back();
   }
   cell->info().id = id;
-  owner.complex_.states[static_cast<size_t>(id)] = CellState::kNew;
-  cells[static_cast<size_t>(id)] = cell;
+  owner.tetrahedra_.states[id] = CellState::kNew;
+  cells[id] = cell;
   owner.change_.created.push_back(id);
   queue.push_back(cell);
 }
@@ -161,13 +161,13 @@ void Delaunay::seed_new_cells() {
     const int facet = cell->index(cgal_->triangulation.infinite_vertex());
     cgal_->number_new_cell(cell->neighbor(facet), *this);
   }
-  for (const int32_t id : change_.destroyed) {
-    const Cell cell = complex_.cells[static_cast<size_t>(id)];  // a copy: the vector may grow
-    for (const int32_t neighbor : cell.neighbors) {
-      if (neighbor < 0) continue;
-      if (complex_.states[static_cast<size_t>(neighbor)] != CellState::kKept) continue;
-      const int facet = index_of(complex_.cells[static_cast<size_t>(neighbor)].neighbors, id);
-      const CellHandle inner = cgal_->cells[static_cast<size_t>(neighbor)]->neighbor(facet);
+  for (const CellId id : change_.destroyed) {
+    const Cell cell = tetrahedra_.cells[id];  // a copy: the vector may grow
+    for (const CellId neighbor : cell.neighbors) {
+      if (!neighbor.is_valid()) continue;
+      if (tetrahedra_.states[neighbor] != CellState::kKept) continue;
+      const int facet = index_of(tetrahedra_.cells[neighbor].neighbors, id);
+      const CellHandle inner = cgal_->cells[neighbor]->neighbor(facet);
       cgal_->number_new_cell(inner, *this);
     }
   }
@@ -179,12 +179,12 @@ void Delaunay::seed_new_cells() {
 }
 
 void Delaunay::fill_created() {
-  for (const int32_t id : change_.created) {
-    const CellHandle handle = cgal_->cells[static_cast<size_t>(id)];
-    Cell& cell = complex_.cells[static_cast<size_t>(id)];
+  for (const CellId id : change_.created) {
+    const CellHandle handle = cgal_->cells[id];
+    Cell& cell = tetrahedra_.cells[id];
     for (int i = 0; i < 4; ++i) {
-      cell.vertices[static_cast<size_t>(i)] = handle->vertex(i)->info();
-      cell.neighbors[static_cast<size_t>(i)] = std::max(-1, handle->neighbor(i)->info().id);
+      cell.vertices[i] = handle->vertex(i)->info();
+      cell.neighbors[i] = finite_or_none(handle->neighbor(i));
     }
   }
 }
@@ -192,26 +192,26 @@ void Delaunay::fill_created() {
 void Delaunay::find_entries() {
   change_.entries.assign(change_.destroyed.size(), {});
   for (size_t n = 0; n < change_.destroyed.size(); ++n) {
-    const int32_t id = change_.destroyed[n];
+    const CellId id = change_.destroyed[n];
     for (size_t facet = 0; facet < 4; ++facet) {
-      const int32_t kept = complex_.cells[static_cast<size_t>(id)].neighbors[facet];
-      if (kept < 0 || complex_.states[static_cast<size_t>(kept)] != CellState::kKept) continue;
-      Cell& outer = complex_.cells[static_cast<size_t>(kept)];
+      const CellId kept = tetrahedra_.cells[id].neighbors[facet];
+      if (!kept.is_valid() || tetrahedra_.states[kept] != CellState::kKept) continue;
+      Cell& outer = tetrahedra_.cells[kept];
       const int mirror = index_of(outer.neighbors, id);
-      const CellHandle handle = cgal_->cells[static_cast<size_t>(kept)];
+      const CellHandle handle = cgal_->cells[kept];
       const CellHandle inner = handle->neighbor(mirror);
       change_.entries[n][facet] = {inner->info().id, inner->index(handle)};
-      outer.neighbors[static_cast<size_t>(mirror)] = inner->info().id;
+      outer.neighbors[mirror] = inner->info().id;
     }
   }
 }
 
 void Delaunay::finish() {
-  for (const int32_t id : change_.created) {
-    complex_.states[static_cast<size_t>(id)] = CellState::kKept;
+  for (const CellId id : change_.created) {
+    tetrahedra_.states[id] = CellState::kKept;
   }
-  for (const int32_t id : change_.destroyed) {
-    complex_.states[static_cast<size_t>(id)] = CellState::kFree;
+  for (const CellId id : change_.destroyed) {
+    tetrahedra_.states[id] = CellState::kFree;
     free_cells_.push_back(id);
   }
   change_.destroyed.clear();
@@ -223,35 +223,36 @@ std::string Delaunay::validate() const {
   if (!built_) return "";
   const Triangulation& t = cgal_->triangulation;
   if (!t.is_valid()) return "the triangulation is not Delaunay";
-  size_t finite = 0;
+  std::ptrdiff_t finite = 0;
   for (const CellHandle cell : t.finite_cell_handles()) {
     ++finite;
-    const int32_t id = cell->info().id;
-    const std::string name = "cell " + std::to_string(id);
-    if (id < 0 || static_cast<size_t>(id) >= complex_.cells.size()) return name + ": bad id";
-    if (complex_.states[static_cast<size_t>(id)] != CellState::kKept) return name + ": not kept";
-    const Cell& mine = complex_.cells[static_cast<size_t>(id)];
+    const CellId id = cell->info().id;
+    const std::string name = "cell " + std::to_string(id.value());
+    if (!tetrahedra_.cells.contains(id)) return name + ": bad id";
+    if (tetrahedra_.states[id] != CellState::kKept) return name + ": not kept";
+    const Cell& mine = tetrahedra_.cells[id];
     for (int i = 0; i < 4; ++i) {
-      const int32_t vertex = mine.vertices[static_cast<size_t>(i)];
+      const VertexIndex vertex = mine.vertices[i];
       if (vertex != cell->vertex(i)->info()) return name + ": wrong vertex";
-      if (to_cgal(complex_.positions[static_cast<size_t>(vertex)]) != cell->vertex(i)->point()) {
+      if (to_cgal(tetrahedra_.positions[vertex]) != cell->vertex(i)->point()) {
         return name + ": wrong position";
       }
-      if (mine.neighbors[static_cast<size_t>(i)] != std::max(-1, cell->neighbor(i)->info().id)) {
+      if (mine.neighbors[i] != finite_or_none(cell->neighbor(i))) {
         return name + ": wrong neighbour";
       }
     }
   }
-  const auto kept = std::count(complex_.states.begin(), complex_.states.end(), CellState::kKept);
-  return static_cast<size_t>(kept) == finite ? "" : "stale cells in the complex";
+  const auto kept =
+      std::count(tetrahedra_.states.begin(), tetrahedra_.states.end(), CellState::kKept);
+  return kept == finite ? "" : "stale cells";
 }
 
 size_t Delaunay::memory_bytes() const {
   const Triangulation& t = cgal_->triangulation;
   return t.number_of_vertices() * sizeof(Triangulation::Vertex) +
          t.tds().number_of_cells() * sizeof(Triangulation::Cell) +
-         complex_.cells.capacity() * (sizeof(Cell) + sizeof(CellState) + sizeof(CellHandle)) +
-         complex_.positions.capacity() * (sizeof(Point3) + sizeof(VertexHandle));
+         tetrahedra_.cells.capacity() * (sizeof(Cell) + sizeof(CellState) + sizeof(CellHandle)) +
+         tetrahedra_.positions.capacity() * (sizeof(Point3) + sizeof(VertexHandle));
 }
 
 }  // namespace foresight::carving

@@ -1,4 +1,4 @@
-// The Delaunay triangulation (CGAL, exact predicates), mirrored into a CellComplex.
+// The Delaunay triangulation (CGAL, exact predicates), mirrored into a Tetrahedra.
 //
 // Vertices are numbered by the caller; 0…7 are the hull's corners, all others lie strictly inside.
 // Several insertions and removals make one change: `commit` then says which cells are gone, which
@@ -13,25 +13,25 @@
 #include <string>
 #include <vector>
 
-#include "procs/carver/cell_complex.h"
+#include "procs/carver/tetrahedra.h"
 
 namespace foresight::carving {
 
-/// Where a ray that entered a destroyed cell through a facet is taken up again: the new cell behind
-/// the same facet, or −1 if the cell before it is destroyed too.
+/// Where a constraint that entered a destroyed cell through a facet is taken up again: the new cell
+/// behind the same facet, or none if the cell before it is destroyed too.
 struct RegionEntry {
-  int32_t cell = -1;
-  int32_t facet = 0;
+  CellId cell;
+  int facet = 0;
 };
 
 struct TriangulationChange {
-  std::vector<int32_t> destroyed;
+  std::vector<CellId> destroyed;
   std::vector<std::array<RegionEntry, 4>> entries;  // parallel to `destroyed`, by facet
-  std::vector<int32_t> created;
+  std::vector<CellId> created;
 };
 
 struct VertexSite {
-  int32_t vertex = 0;
+  VertexIndex vertex;
   Point3 position{};
 };
 
@@ -42,16 +42,16 @@ class Delaunay {
   Delaunay(const Delaunay&) = delete;
   Delaunay& operator=(const Delaunay&) = delete;
 
-  const CellComplex& complex() const { return complex_; }
+  const Tetrahedra& tetrahedra() const { return tetrahedra_; }
   bool built() const { return built_; }
   void clear();
   /// From scratch: the hull's corners first, then distinct sites strictly inside it. All cells are
   /// kNew afterwards.
   void build(const std::array<Point3, 8>& corners, std::span<const VertexSite> sites);
-  /// Returns −1, or the vertex that already is at this very position (then nothing changes).
-  int32_t insert(const VertexSite& site);
-  void remove(int32_t vertex);
-  /// Brings the complex up to date; destroyed cells keep their vertices until `finish`.
+  /// Returns none, or the vertex that already is at this very position (then nothing changes).
+  VertexIndex insert(const VertexSite& site);
+  void remove(VertexIndex vertex);
+  /// Brings the tetrahedra up to date; destroyed cells keep their vertices until `finish`.
   const TriangulationChange& commit();
   /// The change is dealt with: destroyed cell ids may be reused, new cells are kept ones.
   void finish();
@@ -69,9 +69,9 @@ class Delaunay {
   void find_entries();
 
   std::unique_ptr<Cgal> cgal_;
-  CellComplex complex_;
+  Tetrahedra tetrahedra_;
   TriangulationChange change_;
-  std::vector<int32_t> free_cells_;
+  std::vector<CellId> free_cells_;
   bool built_ = false;
 };
 

@@ -23,13 +23,13 @@ constexpr Point3 kAxes[] = {{1, 0, 0},
                             {kThird, -kThird, kThird},
                             {-kThird, kThird, kThird}};
 
-void add_directions(const MapState& map, int32_t number, std::vector<Point3>* directions,
+void add_directions(const MapState& map, PointIndex at, std::vector<Point3>* directions,
                     int32_t* observations) {
-  const PointRecord& point = map.points[static_cast<size_t>(number)];
-  for (const int32_t ray : point.rays) {
+  const PointRecord& point = map.points[at];
+  for (const ConstraintIndex constraint : point.constraints) {
     ++*observations;
-    const int32_t keyframe = map.rays[static_cast<size_t>(ray)].keyframe;
-    const Point3& from = map.keyframes[static_cast<size_t>(keyframe)].centre;
+    const KeyframeIndex keyframe = map.constraints[constraint].keyframe;
+    const Point3& from = map.keyframes[keyframe].centre;
     Point3 d{};
     for (size_t i = 0; i < 3; ++i) d[i] = from[i] - point.position[i];
     const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
@@ -56,11 +56,11 @@ double angular_spread(std::span<const Point3> unit_vectors) {
 }
 
 VertexEvidence evidence_at(const MapState& map, const VertexRecord& vertex) {
-  if (vertex.owner < 0) return {};
+  if (!vertex.owner.is_valid()) return {};
   std::vector<Point3> directions;
   int32_t observations = 0;
   add_directions(map, vertex.owner, &directions, &observations);
-  for (const int32_t point : vertex.also_there) {
+  for (const PointIndex point : vertex.also_there) {
     add_directions(map, point, &directions, &observations);
   }
   if (directions.size() < 2) return {observations, 0.0f};

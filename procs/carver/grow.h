@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/id.h"
+
 namespace foresight::carving {
 
 template <class T>
@@ -25,6 +27,16 @@ template <class T>
 void add_one(std::vector<T>& values) {
   reserve_for(values, values.size() + 1);
   values.emplace_back();
+}
+
+template <class IdType, class T>
+void grow_to(IdVector<IdType, T>& values, size_t size) {
+  grow_to(values.values(), size);
+}
+template <class IdType, class T>
+IdType add_one(IdVector<IdType, T>& values) {
+  add_one(values.values());
+  return IdType::at(values.size() - 1);
 }
 
 }  // namespace foresight::carving

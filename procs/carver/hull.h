@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "procs/carver/carver.h"
-#include "procs/carver/cell_complex.h"
+#include "procs/carver/tetrahedra.h"
 
 namespace foresight::carving {
 

@@ -1,8 +1,12 @@
 // What the carver knows of the map, and the net work that a delta causes.
 //
-// `stage` applies a MapDelta to the records and collects: rays to erase (with the geometry they
-// were traced with), rays to trace, points to take out of and to put into the triangulation. A
-// moved point or camera retires its rays and issues new ones. Nothing here is geometric.
+// An observation of the map – a keyframe saw a point – is a constraint here: the segment between
+// the two is free space.
+//
+// `stage` applies a MapDelta to the records and collects: constraints to erase (with the geometry
+// they were traced with), constraints to trace, points to take out of and to put into the
+// triangulation. A moved point or camera retires its constraints and issues new ones. Nothing here
+// is geometric.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,60 +15,60 @@
 #include <vector>
 
 #include "common/map_delta.h"
-#include "procs/carver/cell_complex.h"
 #include "procs/carver/hull.h"
+#include "procs/carver/tetrahedra.h"
 
 namespace foresight::carving {
 
 struct KeyframeRecord {
-  int32_t id = 0;
+  KeyframeId id;
   int64_t arrival = 0;  // ascending with age
   Point3 centre{};
-  Feature start;  // where the centre lies; cell −1 = not located
+  Feature start;  // where the centre lies; no cell = not located
   bool alive = false;
-  std::vector<int32_t> rays;
+  std::vector<ConstraintIndex> constraints;
 };
 
 struct PointRecord {
-  int32_t id = 0;
+  PointId id;
   Point3 position{};
-  int32_t vertex = -1;
+  VertexIndex vertex;
   bool alive = false;
   bool waiting = false;  // to be put into the triangulation
-  std::vector<int32_t> rays;
+  std::vector<ConstraintIndex> constraints;
 };
 
-enum class RayState : uint8_t { kFree, kNew, kTraced, kRetired };
+enum class ConstraintState : uint8_t { kFree, kNew, kTraced, kRetired };
 
-struct RayRecord {
-  int32_t keyframe = 0;
-  int32_t point = 0;
+struct ConstraintRecord {
+  KeyframeIndex keyframe;
+  PointIndex point;
   uint32_t stamp = 0;  // the delta that last queued it
-  RayState state = RayState::kFree;
+  ConstraintState state = ConstraintState::kFree;
   bool degenerate = false;  // meets an edge or vertex, or runs in a facet
   bool grazing = false;     // runs in a facet or edge, where no cell lists it
   bool tied = false;        // which cell lies behind its point is a matter of convention
-  int32_t behind = -1;      // that cell
+  CellId behind;            // that cell
 };
 
-/// A ray to erase from the cells it crosses, as it was traced.
-struct RetiredRay {
-  int32_t ray = 0;
+/// A constraint to erase from the cells it crosses, as it was traced.
+struct RetiredConstraint {
+  ConstraintIndex constraint;
   Point3 from{};
   Feature start;
-  int32_t vertex = 0;
+  VertexIndex vertex;
 };
 
 struct DetachedPoint {
-  int32_t point = 0;
-  int32_t vertex = 0;
+  PointIndex point;
+  VertexIndex vertex;
 };
 
 struct StagedChanges {
-  std::vector<RetiredRay> retired;
-  std::vector<int32_t> issued;  // rays; those that are still kNew are to be traced
+  std::vector<RetiredConstraint> retired;
+  std::vector<ConstraintIndex> issued;  // constraints; those that are still kNew are to be traced
   std::vector<DetachedPoint> detached;
-  std::vector<int32_t> attached;  // points; those that are alive and waiting
+  std::vector<PointIndex> attached;  // points; those that are alive and waiting
 };
 
 class MapState {
@@ -72,49 +76,51 @@ class MapState {
   explicit MapState(double max_coordinate_mu) : max_coordinate_(max_coordinate_mu) {}
 
   const StagedChanges& stage(const MapDelta& delta);
-  /// The staged work is done: traced rays are live, numbers of removed things may be reused.
+  /// The staged work is done: traced constraints are live, numbers of removed things may be reused.
   void finish();
-  /// The staged work cannot be done yet (no hull): new rays and points keep waiting.
+  /// The staged work cannot be done yet (no hull): new constraints and points keep waiting.
   void postpone();
   Extent extent() const;
 
-  std::vector<KeyframeRecord> keyframes;
-  std::vector<PointRecord> points;
-  std::vector<RayRecord> rays;
+  IdVector<KeyframeIndex, KeyframeRecord> keyframes;
+  IdVector<PointIndex, PointRecord> points;
+  IdVector<ConstraintIndex, ConstraintRecord> constraints;
   StagedChanges staged;
   int64_t ignored = 0;
-  int64_t live_points = 0, live_keyframes = 0, live_rays = 0;
-  int64_t thinned_rays = 0;  // forgotten to save memory, since the start
+  int64_t live_points = 0, live_keyframes = 0, live_constraints = 0;
+  int64_t thinned_constraints = 0;  // forgotten to save memory, since the start
 
-  /// Forgets an observation that has been traced, to save memory; that it is removed later is then
-  /// no mistake.
-  void thin_ray(int32_t ray);
+  /// Forgets a constraint that has been traced, to save memory; that its observation is removed
+  /// later is then no mistake.
+  void thin_constraint(ConstraintIndex constraint);
 
-  /// The number of the point with this id, or −1.
-  int32_t find_point(int32_t id) const;
+  /// The point with this id, or none.
+  PointIndex find_point(PointId id) const;
   size_t memory_bytes() const;
 
  private:
   void remove_observation(const MapObservation& observation);
-  void remove_point(int32_t id);
-  void remove_keyframe(int32_t id);
+  void remove_point(PointId id);
+  void remove_keyframe(KeyframeId id);
   void set_keyframe(const MapKeyframe& keyframe);
   void set_point(const MapPoint& point);
   void add_observation(const MapObservation& observation);
   bool is_sane(const Point3& position) const;
-  void issue_ray(int32_t keyframe, int32_t point);
-  void retire_ray(int32_t ray);
-  void reissue(const std::vector<int32_t>& rays);
-  void detach(int32_t point);
-  int32_t find_keyframe(int32_t id) const;
-  int32_t find_ray(int32_t keyframe, int32_t point) const;
+  void issue_constraint(KeyframeIndex keyframe, PointIndex point);
+  void retire_constraint(ConstraintIndex constraint);
+  void reissue(const std::vector<ConstraintIndex>& affected);
+  void detach(PointIndex point);
+  KeyframeIndex find_keyframe(KeyframeId id) const;
+  ConstraintIndex find_constraint(KeyframeIndex keyframe, PointIndex point) const;
 
   double max_coordinate_;
   int64_t arrivals_ = 0;
-  int64_t thinned_unremoved_ = 0;  // thinned rays whose removal has not been asked for
-  std::unordered_map<int32_t, int32_t> point_by_id_, keyframe_by_id_;
-  std::vector<int32_t> free_points_, free_keyframes_, free_rays_;
-  std::vector<int32_t> dropped_points_, dropped_keyframes_, dropped_rays_;
+  int64_t thinned_unremoved_ = 0;  // thinned constraints whose removal has not been asked for
+  std::unordered_map<PointId, PointIndex> point_by_id_;
+  std::unordered_map<KeyframeId, KeyframeIndex> keyframe_by_id_;
+  std::vector<PointIndex> free_points_, dropped_points_;
+  std::vector<KeyframeIndex> free_keyframes_, dropped_keyframes_;
+  std::vector<ConstraintIndex> free_constraints_, dropped_constraints_;
 };
 
 }  // namespace foresight::carving

@@ -6,26 +6,26 @@
 
 namespace foresight::carving {
 
-void SegmentWalker::aim(const Point3& from, int32_t target, const Point3& to) {
+void SegmentWalker::aim(const Point3& from, VertexIndex target, const Point3& to) {
   from_ = from;
   target_ = target;
   to_ = to;
   const Point3 d{to_[0] - from[0], to_[1] - from[1], to_[2] - from[2]};
   k_ = 0;
-  for (int axis = 1; axis < 3; ++axis) {
-    if (std::abs(d[static_cast<size_t>(axis)]) > std::abs(d[static_cast<size_t>(k_)])) k_ = axis;
+  for (size_t axis = 1; axis < 3; ++axis) {
+    if (std::abs(d[axis]) > std::abs(d[k_])) k_ = axis;
   }
   i_ = (k_ + 1) % 3;
   j_ = (k_ + 2) % 3;
-  const double dk = d[static_cast<size_t>(k_)];
+  const double dk = d[k_];
   empty_ = dk == 0.0;
   if (empty_) return;
-  slope_i_ = d[static_cast<size_t>(i_)] / dk;
-  slope_j_ = d[static_cast<size_t>(j_)] / dk;
+  slope_i_ = d[i_] / dk;
+  slope_j_ = d[j_] / dk;
   flip_ = dk > 0.0 ? 1.0 : -1.0;
 }
 
-int SegmentWalker::exact_side(int32_t a, int32_t b) const {
+int SegmentWalker::exact_side(VertexIndex a, VertexIndex b) const {
   if (a == target_ || b == target_) return 0;
   return orientation_sign(from_, to_, position(a), position(b));
 }
@@ -50,8 +50,8 @@ void SegmentWalker::collect_incident(const Feature& at) {
   incident_.assign(1, at.cell);
   for (size_t n = 0; n < incident_.size(); ++n) {
     const Cell cell = cell_at(incident_[n]);
-    for (const int32_t neighbor : cell.neighbors) {
-      if (neighbor < 0 || !has_face(cell_at(neighbor))) continue;
+    for (const CellId neighbor : cell.neighbors) {
+      if (!neighbor.is_valid() || !has_face(cell_at(neighbor))) continue;
       if (std::find(incident_.begin(), incident_.end(), neighbor) == incident_.end()) {
         incident_.push_back(neighbor);
       }
@@ -65,18 +65,18 @@ Feature SegmentWalker::carrier_from(const Feature& at) {
   if (at.mask == 15) return at;
   collect_incident(at);
   const Cell seed = cell_at(at.cell);
-  for (const int32_t id : incident_) {
+  for (const CellId id : incident_) {
     const Cell& cell = cell_at(id);
-    uint8_t mask = 0;
+    uint32_t mask = 0;
     bool inside = true;
     for (int i = 0; i < 4 && inside; ++i) {
-      const int in_seed = contains(seed.vertices, cell.vertices[static_cast<size_t>(i)])
-                              ? index_of(seed.vertices, cell.vertices[static_cast<size_t>(i)])
+      const int in_seed = contains(seed.vertices, cell.vertices[i])
+                              ? index_of(seed.vertices, cell.vertices[i])
                               : -1;
       const bool in_face = in_seed >= 0 && (at.mask >> in_seed & 1) != 0;
-      const int sign = in_face ? 1 : barycentric_sign(complex_, cell, i, to_);
+      const int sign = in_face ? 1 : barycentric_sign(tetrahedra_, cell, i, to_);
       inside = sign >= 0;
-      if (sign > 0) mask = static_cast<uint8_t>(mask | 1U << i);
+      if (sign > 0) mask |= 1U << i;
     }
     if (inside) return {id, mask};
   }
@@ -84,7 +84,7 @@ Feature SegmentWalker::carrier_from(const Feature& at) {
 }
 
 // The segment's line crosses the interior: where does it leave?
-Feature SegmentWalker::exit_of_cell(int32_t id) const {
+Feature SegmentWalker::exit_of_cell(CellId id) const {
   const Cell& cell = cell_at(id);
   std::array<Sheared, 4> corners;
   for (size_t i = 0; i < 4; ++i) corners[i] = shear(cell.vertices[i]);
@@ -93,22 +93,21 @@ Feature SegmentWalker::exit_of_cell(int32_t id) const {
     int positive = 0, negative = 0;
     for (int n = 0; n < 3 && negative == 0; ++n) {
       const int a = kFacetVertices[facet][n], b = kFacetVertices[facet][(n + 1) % 3];
-      const int sign = side(corners[static_cast<size_t>(a)], corners[static_cast<size_t>(b)]);
+      const int sign = side(corners[a], corners[b]);
       positive += sign > 0;
       negative += sign < 0;
       if (sign == 0) mask &= 1U << a | 1U << b;
     }
-    if (negative == 0 && positive > 0) return {id, static_cast<uint8_t>(mask)};
+    if (negative == 0 && positive > 0) return {id, mask};
   }
   FORESIGHT_CHECK(!"a line leaves the cell it crosses");
 }
 
 // The segment lies in the plane of an edge at the apex: it may meet that edge, or only its line.
-int SegmentWalker::dropped_corner_in_plane(const std::array<Sheared, 3>& edge, int32_t cell) const {
+int SegmentWalker::dropped_corner_in_plane(const std::array<Sheared, 3>& edge, CellId cell) const {
   const Feature exit = exit_of_cell(cell);
   if (__builtin_popcount(exit.mask) < 3) return -1;
-  const int32_t behind =
-      cell_at(cell).vertices[static_cast<size_t>(__builtin_ctz(15U ^ exit.mask))];
+  const VertexIndex behind = cell_at(cell).vertices[__builtin_ctz(15U ^ exit.mask)];
   return edge[0].vertex == behind ? 0 : edge[1].vertex == behind ? 1 : 2;
 }
 
@@ -121,8 +120,8 @@ Feature SegmentWalker::exit_of_facet(const Feature& facet) const {
   const std::array<int, 3> ring{outward[0], outward[2], outward[1]};
   std::array<int, 3> left{};
   for (size_t n = 0; n < 3; ++n) {
-    left[n] = -orientation_sign(from_, to_, position(cell.vertices[static_cast<size_t>(q)]),
-                                position(cell.vertices[static_cast<size_t>(ring[n])]));
+    left[n] =
+        -orientation_sign(from_, to_, position(cell.vertices[q]), position(cell.vertices[ring[n]]));
   }
   for (size_t n = 0; n < 3; ++n) {
     const size_t m = (n + 1) % 3;
@@ -130,25 +129,25 @@ Feature SegmentWalker::exit_of_facet(const Feature& facet) const {
     unsigned mask = 1U << ring[n] | 1U << ring[m];
     if (left[n] == 0) mask = 1U << ring[n];
     if (left[m] == 0) mask = 1U << ring[m];
-    return {facet.cell, static_cast<uint8_t>(mask)};
+    return {facet.cell, mask};
   }
   FORESIGHT_CHECK(!"a line leaves the facet it runs in");
 }
 
 // Does the line leave the cell by the facet opposite the target? If it misses it, `missed_edge` is
 // one (from corner n to n + 1 of the facet) on whose other side it passes.
-SegmentWalker::Exit SegmentWalker::exit_opposite_target(int32_t id, int* missed_edge) const {
+SegmentWalker::Exit SegmentWalker::exit_opposite_target(CellId id, size_t* missed_edge) const {
   const Cell& cell = cell_at(id);
   const int* corners = kFacetVertices[index_of(cell.vertices, target_)];
   std::array<Sheared, 3> sheared;
   for (size_t n = 0; n < 3; ++n) {
-    sheared[n] = shear(cell.vertices[static_cast<size_t>(corners[n])]);
+    sheared[n] = shear(cell.vertices[corners[n]]);
   }
   int positive = 0;
   for (size_t n = 0; n < 3; ++n) {
     const int sign = side(sheared[n], sheared[(n + 1) % 3]);
     if (sign < 0) {
-      *missed_edge = static_cast<int>(n);
+      *missed_edge = n;
       return Exit::kMissed;
     }
     positive += sign > 0;
@@ -159,35 +158,35 @@ SegmentWalker::Exit SegmentWalker::exit_opposite_target(int32_t id, int* missed_
 
 // Around the target from cell to cell towards where the segment goes; if that does not get there
 // soon, or the answer is tied, every cell around is looked at.
-SegmentWalker::Behind SegmentWalker::behind(int32_t incident) {
+SegmentWalker::Behind SegmentWalker::behind(CellId incident) {
   constexpr int kSoon = 24;
-  int32_t id = incident;
+  CellId id = incident;
   for (int step = 0; step < kSoon; ++step) {
-    int edge = 0;
+    size_t edge = 0;
     const Exit exit = exit_opposite_target(id, &edge);
     if (exit == Exit::kInside) return {id, false};
     if (exit == Exit::kOnBorder) break;
     const Cell& cell = cell_at(id);
     const int* corners = kFacetVertices[index_of(cell.vertices, target_)];
-    id = cell.neighbors[static_cast<size_t>(corners[(edge + 2) % 3])];
+    id = cell.neighbors[corners[(edge + 2) % 3]];
   }
-  const auto at = static_cast<unsigned>(index_of(cell_at(incident).vertices, target_));
-  collect_incident({incident, static_cast<uint8_t>(1U << at)});
-  const auto sorted_corners = [&](int32_t cell) {
+  collect_incident({incident, 1U << index_of(cell_at(incident).vertices, target_)});
+  const auto sorted_corners = [&](CellId cell) {
     std::array<Point3, 4> corners;
     for (size_t i = 0; i < 4; ++i) corners[i] = position(cell_at(cell).vertices[i]);
     std::sort(corners.begin(), corners.end());
     return corners;
   };
   Behind best;
-  for (const int32_t cell : incident_) {
-    int edge = 0;
+  for (const CellId cell : incident_) {
+    size_t edge = 0;
     const Exit exit = exit_opposite_target(cell, &edge);
     if (exit == Exit::kInside) return {cell, false};
     if (exit == Exit::kMissed) continue;
-    if (best.cell < 0 || sorted_corners(cell) < sorted_corners(best.cell)) best = {cell, true};
+    if (!best.cell.is_valid() || sorted_corners(cell) < sorted_corners(best.cell))
+      best = {cell, true};
   }
-  FORESIGHT_CHECK(best.cell >= 0);
+  FORESIGHT_CHECK(best.cell.is_valid());
   return best;
 }
 
@@ -199,12 +198,12 @@ Feature SegmentWalker::exit_of_edge(const Feature& at, const Feature& edge) cons
   const Cell& seed = cell_at(at.cell);
   for (size_t i = 0; i < 4; ++i) {
     if ((edge.mask >> i & 1) == 0) continue;
-    const int32_t vertex = cell.vertices[i];
+    const VertexIndex vertex = cell.vertices[i];
     const bool behind = __builtin_popcount(at.mask) == 1
-                            ? vertex == seed.vertices[static_cast<size_t>(__builtin_ctz(at.mask))]
+                            ? vertex == seed.vertices[__builtin_ctz(at.mask)]
                             : !CGAL::collinear_are_ordered_along_line(
                                   point(from_), point(position(vertex)), point(to_));
-    if (!behind) return {edge.cell, static_cast<uint8_t>(1U << i)};
+    if (!behind) return {edge.cell, 1U << i};
   }
   FORESIGHT_CHECK(!"an edge has an end ahead");
 }

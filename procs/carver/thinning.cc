@@ -5,40 +5,41 @@
 namespace foresight::carving {
 namespace {
 
-std::vector<int32_t> keyframes_by_age(const MapState& map) {
-  std::vector<int32_t> order;
-  for (size_t n = 0; n < map.keyframes.size(); ++n) {
-    if (map.keyframes[n].alive) order.push_back(static_cast<int32_t>(n));
+std::vector<KeyframeIndex> keyframes_by_age(const MapState& map) {
+  std::vector<KeyframeIndex> order;
+  for (const KeyframeIndex keyframe : map.keyframes.ids()) {
+    if (map.keyframes[keyframe].alive) order.push_back(keyframe);
   }
-  const auto arrival = [&](int32_t n) { return map.keyframes[static_cast<size_t>(n)].arrival; };
-  std::sort(order.begin(), order.end(),
-            [&](int32_t a, int32_t b) { return arrival(a) < arrival(b); });
+  std::sort(order.begin(), order.end(), [&](KeyframeIndex a, KeyframeIndex b) {
+    return map.keyframes[a].arrival < map.keyframes[b].arrival;
+  });
   return order;
 }
 
-bool is_listed(const MapState& map, int32_t ray) {
-  const RayState state = map.rays[static_cast<size_t>(ray)].state;
-  return state == RayState::kTraced || state == RayState::kNew;
+bool is_listed(const MapState& map, ConstraintIndex constraint) {
+  const ConstraintState state = map.constraints[constraint].state;
+  return state == ConstraintState::kTraced || state == ConstraintState::kNew;
 }
 
-int64_t listed_rays(const MapState& map, int32_t point) {
-  const auto& rays = map.points[static_cast<size_t>(point)].rays;
-  return std::count_if(rays.begin(), rays.end(), [&](int32_t ray) { return is_listed(map, ray); });
+int64_t listed_constraints(const MapState& map, PointIndex point) {
+  const auto& constraints = map.points[point].constraints;
+  return std::count_if(constraints.begin(), constraints.end(),
+                       [&](ConstraintIndex constraint) { return is_listed(map, constraint); });
 }
 
 }  // namespace
 
 int64_t thin_oldest(MapState& map, int64_t count) {
   int64_t thinned = 0;
-  const std::vector<int32_t> order = keyframes_by_age(map);
+  const std::vector<KeyframeIndex> order = keyframes_by_age(map);
   for (const int64_t kept : {4, 2, 1}) {
-    for (const int32_t keyframe : order) {
-      const std::vector<int32_t> rays = map.keyframes[static_cast<size_t>(keyframe)].rays;
-      for (const int32_t ray : rays) {
+    for (const KeyframeIndex keyframe : order) {
+      const std::vector<ConstraintIndex> constraints = map.keyframes[keyframe].constraints;
+      for (const ConstraintIndex constraint : constraints) {
         if (thinned == count) return thinned;
-        const int32_t point = map.rays[static_cast<size_t>(ray)].point;
-        if (listed_rays(map, point) <= kept) continue;
-        map.thin_ray(ray);
+        const PointIndex point = map.constraints[constraint].point;
+        if (listed_constraints(map, point) <= kept) continue;
+        map.thin_constraint(constraint);
         ++thinned;
       }
     }

@@ -9,9 +9,9 @@
 
 namespace foresight::carving {
 
-/// Forgets up to `count` rays, all of which have been traced by now: keyframe by keyframe, oldest
-/// first, those whose points have more than 4 rays, then more than 2, then more than 1. Returns how
-/// many there were.
+/// Forgets up to `count` constraints, all of which have been traced by now: keyframe by keyframe,
+/// oldest first, those whose points have more than 4 constraints, then more than 2, then more
+/// than 1. Returns how many there were.
 int64_t thin_oldest(MapState& map, int64_t count);
 
 }  // namespace foresight::carving

@@ -14,107 +14,104 @@ void Tracer::reset() {
   lost_ends_.clear();
   tied_.clear();
   cell_by_vertex_.clear();
-  for (RayRecord& ray : map_.rays) {
-    ray.grazing = ray.tied = false;
-    ray.behind = -1;
+  for (ConstraintRecord& constraint : map_.constraints) {
+    constraint.grazing = constraint.tied = false;
+    constraint.behind = CellId();
   }
-  last_start_ = 0;
+  last_start_ = CellId(0);
 }
 
-void Tracer::start_delta(const std::vector<RetiredRay>& retired) {
+void Tracer::start_delta(const std::vector<RetiredConstraint>& retired) {
   ++stamp_;
   runs_ = 0;
   traced_ = 0;
-  for (const RetiredRay& ray : retired) note_special(ray.ray, true);
+  for (const RetiredConstraint& constraint : retired) note_special(constraint.constraint, true);
 }
 
-void Tracer::note_special(int32_t ray, bool special) {
-  const auto at = static_cast<size_t>(ray);
-  if (at >= special_.size()) special_.resize(map_.rays.size());
-  special_[at] = special;
+void Tracer::note_special(ConstraintIndex constraint, bool special) {
+  if (!special_.contains(constraint)) special_.resize(map_.constraints.size());
+  special_[constraint] = special;
 }
 
-const Feature& Tracer::aim(int32_t ray) {
-  const RayRecord& record = ray_at(ray);
-  const KeyframeRecord& keyframe = map_.keyframes[static_cast<size_t>(record.keyframe)];
-  const PointRecord& point = map_.points[static_cast<size_t>(record.point)];
+const Feature& Tracer::aim(ConstraintIndex constraint) {
+  const ConstraintRecord& record = constraint_at(constraint);
+  const KeyframeRecord& keyframe = map_.keyframes[record.keyframe];
+  const PointRecord& point = map_.points[record.point];
   walker_.aim(keyframe.centre, point.vertex, point.position);
   return keyframe.start;
 }
 
-void Tracer::erase(std::span<const RetiredRay> retired) {
-  marked_.resize(complex_.cells.size());
-  const auto note = [&](int32_t cell) {
-    const auto at = static_cast<size_t>(cell);
-    if (!marked_[at]) crossed_.push_back(cell);
-    marked_[at] = true;
+void Tracer::erase(std::span<const RetiredConstraint> retired) {
+  marked_.resize(tetrahedra_.cells.size());
+  const auto note = [&](CellId cell) {
+    if (!marked_[cell]) crossed_.push_back(cell);
+    marked_[cell] = true;
   };
-  for (const RetiredRay& ray : retired) {
-    walker_.aim(ray.from, ray.vertex, complex_.positions[static_cast<size_t>(ray.vertex)]);
-    walker_.trace(ray.start, [&](int32_t cell, uint32_t) {
+  for (const RetiredConstraint& constraint : retired) {
+    walker_.aim(constraint.from, constraint.vertex, tetrahedra_.positions[constraint.vertex]);
+    walker_.trace(constraint.start, [&](CellId cell, uint32_t) {
       note(cell);
       return true;
     });
-    const int32_t behind = ray_at(ray.ray).behind;
-    if (behind >= 0) note(behind);
+    const CellId behind = constraint_at(constraint.constraint).behind;
+    if (behind.is_valid()) note(behind);
   }
-  for (const int32_t cell : crossed_) marked_[static_cast<size_t>(cell)] = false;
+  for (const CellId cell : crossed_) marked_[cell] = false;
 }
 
 void Tracer::prune() {
-  for (const int32_t cell : crossed_) {
+  for (const CellId cell : crossed_) {
     if (state_of(cell) == CellState::kDestroyed) continue;
-    lists_.filter(cell, [&](uint32_t entry) {
-      const int32_t ray = entry_ray(entry);
-      return special_[static_cast<size_t>(ray)] && ray_at(ray).state == RayState::kRetired;
+    lists_.filter(cell, [&](Entry entry) {
+      const ConstraintIndex constraint = entry.constraint();
+      return special_[constraint] && constraint_at(constraint).state == ConstraintState::kRetired;
     });
   }
   crossed_.clear();
 }
 
-void Tracer::forget(std::span<const RetiredRay> retired) {
-  for (const RetiredRay& ray : retired) note_special(ray.ray, true);
+void Tracer::forget(std::span<const RetiredConstraint> retired) {
+  for (const RetiredConstraint& constraint : retired) note_special(constraint.constraint, true);
   erase(retired);
   prune();
 }
 
 void Tracer::relocate() {
-  lists_.resize(complex_.cells.size());
+  lists_.resize(tetrahedra_.cells.size());
   for (KeyframeRecord& keyframe : map_.keyframes) {
     if (!keyframe.alive) continue;
-    const int32_t cell = keyframe.start.cell;
-    if (cell >= 0 && state_of(cell) != CellState::kDestroyed) continue;
-    const auto usable = [&](int32_t id) {
-      return id >= 0 && static_cast<size_t>(id) < complex_.cells.size() &&
+    const CellId cell = keyframe.start.cell;
+    if (cell.is_valid() && state_of(cell) != CellState::kDestroyed) continue;
+    const auto usable = [&](CellId id) {
+      return tetrahedra_.cells.contains(id) &&
              (state_of(id) == CellState::kKept || state_of(id) == CellState::kNew);
     };
     while (!usable(last_start_)) {
-      last_start_ =
-          static_cast<int32_t>((static_cast<size_t>(last_start_) + 1) % complex_.cells.size());
+      last_start_ = last_start_.next();
+      if (!tetrahedra_.cells.contains(last_start_)) last_start_ = CellId(0);
     }
-    keyframe.start = locate(complex_, keyframe.centre, last_start_);
+    keyframe.start = locate(tetrahedra_, keyframe.centre, last_start_);
     last_start_ = keyframe.start.cell;
   }
 }
 
-void Tracer::note_cell(int32_t cell) {
-  for (const int32_t vertex : complex_.cells[static_cast<size_t>(cell)].vertices) {
-    const auto v = static_cast<size_t>(vertex);
-    if (v >= cell_by_vertex_.size()) cell_by_vertex_.resize(complex_.positions.size(), -1);
-    cell_by_vertex_[v] = cell;
+void Tracer::note_cell(CellId cell) {
+  for (const VertexIndex vertex : tetrahedra_.cells[cell].vertices) {
+    if (!cell_by_vertex_.contains(vertex)) cell_by_vertex_.resize(tetrahedra_.positions.size());
+    cell_by_vertex_[vertex] = cell;
   }
 }
 
 void Tracer::note_all_cells() {
-  for (size_t cell = 0; cell < complex_.cells.size(); ++cell) {
-    if (complex_.states[cell] == CellState::kNew) note_cell(static_cast<int32_t>(cell));
+  for (const CellId cell : tetrahedra_.cells.ids()) {
+    if (state_of(cell) == CellState::kNew) note_cell(cell);
   }
 }
 
 // A vertex that stays while a cell of its goes has a new cell, so one pass over these is enough.
 void Tracer::retrace(const TriangulationChange& change) {
   spoiled_ = false;
-  for (const int32_t cell : change.created) note_cell(cell);
+  for (const CellId cell : change.created) note_cell(cell);
   for (size_t n = 0; n < change.destroyed.size(); ++n) {
     collect_runs(change.destroyed[n], change.entries[n]);
   }
@@ -122,180 +119,183 @@ void Tracer::retrace(const TriangulationChange& change) {
     prefetch(n);
     run(to_run_[n]);
   }
-  runs_ += static_cast<int64_t>(to_run_.size());
+  runs_ += to_run_.size();
   to_run_.clear();
-  for (const int32_t ray : std::exchange(starts_, {})) retrace_start(ray);
+  for (const ConstraintIndex constraint : std::exchange(starts_, {})) retrace_start(constraint);
   if (!change.destroyed.empty()) queue_grazing();
   retrace_whole(change);
   if (!change.destroyed.empty()) retrace_ends();
-  for (const int32_t cell : change.destroyed) lists_.release(cell);
+  for (const CellId cell : change.destroyed) lists_.release(cell);
 }
 
-void Tracer::place_end(int32_t ray) {
-  RayRecord& record = ray_at(ray);
-  const KeyframeRecord& keyframe = map_.keyframes[static_cast<size_t>(record.keyframe)];
-  const PointRecord& point = map_.points[static_cast<size_t>(record.point)];
-  record.behind = -1;
+void Tracer::place_end(ConstraintIndex constraint) {
+  ConstraintRecord& record = constraint_at(constraint);
+  const KeyframeRecord& keyframe = map_.keyframes[record.keyframe];
+  const PointRecord& point = map_.points[record.point];
+  record.behind = CellId();
   record.tied = false;
   if (keyframe.centre == point.position) return;  // no direction
-  aim(ray);
-  const auto found = walker_.behind(cell_by_vertex_[static_cast<size_t>(point.vertex)]);
+  aim(constraint);
+  const auto found = walker_.behind(cell_by_vertex_[point.vertex]);
   record.behind = found.cell;
   record.tied = found.tied;
-  if (found.tied) tied_.push_back(ray);
-  lists_.push(found.cell, make_entry(ray, kEntryEnd));
+  if (found.tied) tied_.push_back(constraint);
+  lists_.push(found.cell, Entry(constraint, kEntryEnd));
 }
 
 // A tie may be decided otherwise by any cell that is new.
 void Tracer::retrace_ends() {
-  for (const int32_t ray : std::exchange(tied_, {})) {
-    RayRecord& record = ray_at(ray);
-    if (!record.tied || record.state != RayState::kTraced) continue;
+  for (const ConstraintIndex constraint : std::exchange(tied_, {})) {
+    ConstraintRecord& record = constraint_at(constraint);
+    if (!record.tied || record.state != ConstraintState::kTraced) continue;
     if (state_of(record.behind) == CellState::kDestroyed) continue;  // is among the lost ones
     record.tied = false;                                             // until it is placed again
     lists_.filter(record.behind,
-                  [&](uint32_t entry) { return entry == make_entry(ray, kEntryEnd); });
-    lost_ends_.push_back(ray);
+                  [&](Entry entry) { return entry == Entry(constraint, kEntryEnd); });
+    lost_ends_.push_back(constraint);
   }
-  for (const int32_t ray : lost_ends_) place_end(ray);
+  for (const ConstraintIndex constraint : lost_ends_) place_end(constraint);
   lost_ends_.clear();
 }
 
-// Each ray is taken up where it enters the changed region; what it does elsewhere in it follows.
-void Tracer::collect_runs(int32_t destroyed, const std::array<RegionEntry, 4>& entries) {
-  for (const uint32_t entry : lists_.entries(destroyed)) {
-    const int32_t ray = entry_ray(entry);
-    const uint32_t code = entry_code(entry);
-    if (limit_ > 0 || code >= kEntryStart || special_[static_cast<size_t>(ray)]) {
-      collect_special(ray, code);
-    } else if (entries[code].cell >= 0) {
-      to_run_.push_back({ray, entries[code]});
+// Each constraint is taken up where it enters the changed region; what it does elsewhere in it
+// follows.
+void Tracer::collect_runs(CellId destroyed, const std::array<RegionEntry, 4>& entries) {
+  for (const Entry entry : lists_.entries(destroyed)) {
+    const ConstraintIndex constraint = entry.constraint();
+    const uint32_t code = entry.code();
+    if (limit_ > 0 || code >= kEntryStart || special_[constraint]) {
+      collect_special(constraint, code);
+    } else if (entries[code].cell.is_valid()) {
+      to_run_.push_back({constraint, entries[code]});
     }
   }
 }
 
-void Tracer::collect_special(int32_t ray, uint32_t code) {
-  if (ray_at(ray).state != RayState::kTraced) return;
+void Tracer::collect_special(ConstraintIndex constraint, uint32_t code) {
+  if (constraint_at(constraint).state != ConstraintState::kTraced) return;
   if (code == kEntryEnd) {
-    lost_ends_.push_back(ray);
-  } else if (limit_ > 0 || ray_at(ray).degenerate || code == kEntryOther) {
-    queue_whole(ray);
+    lost_ends_.push_back(constraint);
+  } else if (limit_ > 0 || constraint_at(constraint).degenerate || code == kEntryOther) {
+    queue_whole(constraint);
   } else {
-    starts_.push_back(ray);
+    starts_.push_back(constraint);
   }
 }
 
 void Tracer::run(const Run& run) {
-  if (ray_at(run.ray).degenerate) return;  // found out meanwhile, will be traced as a whole
-  aim(run.ray);
+  if (constraint_at(run.constraint).degenerate)
+    return;  // found out meanwhile, will be traced as a whole
+  aim(run.constraint);
   const WalkEnd end =
-      walker_.walk_from_facet(run.resume.cell, run.resume.facet, [&](int32_t cell, uint32_t facet) {
+      walker_.walk_from_facet(run.resume.cell, run.resume.facet, [&](CellId cell, uint32_t facet) {
         if (state_of(cell) != CellState::kNew) return false;
-        lists_.push(cell, make_entry(run.ray, facet));
+        lists_.push(cell, Entry(run.constraint, facet));
         return true;
       });
   if (end != WalkEnd::kDegenerate) return;
   spoiled_ = true;
-  queue_whole(run.ray);
+  queue_whole(run.constraint);
 }
 
-// Rays lie anywhere in memory, and so do their points.
+// Constraints lie anywhere in memory, and so do their points.
 void Tracer::prefetch(size_t run) const {
-  constexpr size_t kRayAhead = 16, kPointAhead = 8;
-  if (run + kRayAhead < to_run_.size()) {
-    __builtin_prefetch(&map_.rays[static_cast<size_t>(to_run_[run + kRayAhead].ray)]);
+  constexpr size_t kConstraintAhead = 16, kPointAhead = 8;
+  if (run + kConstraintAhead < to_run_.size()) {
+    __builtin_prefetch(&map_.constraints[to_run_[run + kConstraintAhead].constraint]);
   }
   if (run + kPointAhead < to_run_.size()) {
-    const RayRecord& ray = map_.rays[static_cast<size_t>(to_run_[run + kPointAhead].ray)];
-    __builtin_prefetch(&map_.points[static_cast<size_t>(ray.point)]);
+    const ConstraintRecord& constraint = map_.constraints[to_run_[run + kPointAhead].constraint];
+    __builtin_prefetch(&map_.points[constraint.point]);
   }
 }
 
-void Tracer::retrace_start(int32_t ray) {
+void Tracer::retrace_start(ConstraintIndex constraint) {
   ++runs_;
-  const Feature& start = aim(ray);
-  const bool degenerate = walker_.trace(start, [&](int32_t cell, uint32_t code) {
+  const Feature& start = aim(constraint);
+  const bool degenerate = walker_.trace(start, [&](CellId cell, uint32_t code) {
     if (state_of(cell) != CellState::kNew) return false;
-    lists_.push(cell, make_entry(ray, code));
+    lists_.push(cell, Entry(constraint, code));
     return true;
   });
   if (!degenerate) return;
   spoiled_ = true;
-  queue_whole(ray);
+  queue_whole(constraint);
 }
 
-void Tracer::queue_whole(int32_t ray) {
-  RayRecord& record = ray_at(ray);
+void Tracer::queue_whole(ConstraintIndex constraint) {
+  ConstraintRecord& record = constraint_at(constraint);
   record.degenerate = limit_ == 0;
-  note_special(ray, record.degenerate);
+  note_special(constraint, record.degenerate);
   if (record.stamp == stamp_) return;
   record.stamp = stamp_;
-  whole_.push_back(ray);
+  whole_.push_back(constraint);
 }
 
-// Where a ray runs inside a facet or along an edge no cell lists it, so the destruction of the
-// cells around goes unnoticed: such rays (rare outside lattices) are traced again with every
-// change.
+// Where a constraint runs inside a facet or along an edge no cell lists it, so the destruction of
+// the cells around goes unnoticed: such constraints (rare outside lattices) are traced again with
+// every change.
 void Tracer::queue_grazing() {
-  std::erase_if(grazing_, [&](int32_t ray) {
-    return !ray_at(ray).grazing || ray_at(ray).state != RayState::kTraced;
+  std::erase_if(grazing_, [&](ConstraintIndex constraint) {
+    return !constraint_at(constraint).grazing ||
+           constraint_at(constraint).state != ConstraintState::kTraced;
   });
-  for (const int32_t ray : grazing_) queue_whole(ray);
+  for (const ConstraintIndex constraint : grazing_) queue_whole(constraint);
 }
 
 template <class Visit>
-void Tracer::trace_whole(int32_t ray, Visit&& visit) {
+void Tracer::trace_whole(ConstraintIndex constraint, Visit&& visit) {
   ++traced_;
-  const Feature start = aim(ray);
-  RayRecord& record = ray_at(ray);
+  const Feature start = aim(constraint);
+  ConstraintRecord& record = constraint_at(constraint);
   record.degenerate = walker_.trace(start, visit);
-  note_special(ray, record.degenerate);
-  if (walker_.grazed() && !record.grazing) grazing_.push_back(ray);
+  note_special(constraint, record.degenerate);
+  if (walker_.grazed() && !record.grazing) grazing_.push_back(constraint);
   record.grazing = walker_.grazed();
 }
 
-// Degenerate rays (and all, when lists are bounded) are traced from the camera on, but added to new
-// cells only. What their runs have added before the degeneracy showed is taken out first.
+// Degenerate constraints (and all, when lists are bounded) are traced from the camera on, but added
+// to new cells only. What their runs have added before the degeneracy showed is taken out first.
 void Tracer::retrace_whole(const TriangulationChange& change) {
   if (spoiled_) {
-    for (const int32_t cell : change.created) {
-      lists_.filter(cell, [&](uint32_t entry) {
-        return entry_code(entry) != kEntryEnd && ray_at(entry_ray(entry)).degenerate;
+    for (const CellId cell : change.created) {
+      lists_.filter(cell, [&](Entry entry) {
+        return entry.code() != kEntryEnd && constraint_at(entry.constraint()).degenerate;
       });
     }
   }
-  for (const int32_t ray : whole_) {
-    trace_whole(ray, [&](int32_t cell, uint32_t code) {
-      if (state_of(cell) == CellState::kNew) add(cell, ray, code);
+  for (const ConstraintIndex constraint : whole_) {
+    trace_whole(constraint, [&](CellId cell, uint32_t code) {
+      if (state_of(cell) == CellState::kNew) add(cell, constraint, code);
       return true;
     });
   }
   whole_.clear();
 }
 
-void Tracer::trace(const std::vector<int32_t>& rays) {
-  for (const int32_t ray : rays) {
-    if (ray_at(ray).state != RayState::kNew) continue;
-    trace_whole(ray, [&](int32_t cell, uint32_t code) {
-      add(cell, ray, code);
+void Tracer::trace(const std::vector<ConstraintIndex>& constraints) {
+  for (const ConstraintIndex constraint : constraints) {
+    if (constraint_at(constraint).state != ConstraintState::kNew) continue;
+    trace_whole(constraint, [&](CellId cell, uint32_t code) {
+      add(cell, constraint, code);
       return true;
     });
-    place_end(ray);
+    place_end(constraint);
   }
 }
 
-inline void Tracer::add(int32_t cell, int32_t ray, uint32_t code) {
+inline void Tracer::add(CellId cell, ConstraintIndex constraint, uint32_t code) {
   if (limit_ == 0 || lists_.constraints(cell) < limit_) {
-    lists_.push(cell, make_entry(ray, code));
+    lists_.push(cell, Entry(constraint, code));
   } else {
-    add_dissimilar(cell, ray, code);
+    add_dissimilar(cell, constraint, code);
   }
 }
 
-Point3 Tracer::direction(int32_t ray) const {
-  const RayRecord& record = map_.rays[static_cast<size_t>(ray)];
-  const Point3& from = map_.keyframes[static_cast<size_t>(record.keyframe)].centre;
-  const Point3& to = map_.points[static_cast<size_t>(record.point)].position;
+Point3 Tracer::direction(ConstraintIndex constraint) const {
+  const ConstraintRecord& record = map_.constraints[constraint];
+  const Point3& from = map_.keyframes[record.keyframe].centre;
+  const Point3& to = map_.points[record.point].position;
   Point3 d{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
   const double scale = 1.0 / std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   for (double& x : d) x *= scale;
@@ -304,16 +304,16 @@ Point3 Tracer::direction(int32_t ray) const {
 
 // Of the K kept constraints and the new one, the closest pair in direction loses a member: the one
 // that is closer to any third constraint.
-void Tracer::add_dissimilar(int32_t cell, int32_t ray, uint32_t code) {
+void Tracer::add_dissimilar(CellId cell, ConstraintIndex constraint, uint32_t code) {
   directions_.clear();
   places_.clear();
-  const std::span<const uint32_t> entries = lists_.entries(cell);
+  const std::span<const Entry> entries = lists_.entries(cell);
   for (size_t n = 0; n < entries.size(); ++n) {
-    if (entry_code(entries[n]) == kEntryEnd) continue;
-    directions_.push_back(direction(entry_ray(entries[n])));
+    if (entries[n].code() == kEntryEnd) continue;
+    directions_.push_back(direction(entries[n].constraint()));
     places_.push_back(n);
   }
-  directions_.push_back(direction(ray));
+  directions_.push_back(direction(constraint));
   const size_t count = directions_.size();
   const auto squared_distance = [&](size_t a, size_t b) {
     double sum = 0.0;
@@ -338,7 +338,7 @@ void Tracer::add_dissimilar(int32_t cell, int32_t ray, uint32_t code) {
     near_second = std::min(near_second, squared_distance(n, second));
   }
   const size_t loser = near_first < near_second ? first : second;
-  if (loser + 1 != count) lists_.replace(cell, places_[loser], make_entry(ray, code));
+  if (loser + 1 != count) lists_.replace(cell, places_[loser], Entry(constraint, code));
 }
 
 }  // namespace foresight::carving

@@ -12,10 +12,10 @@
 namespace foresight::carving {
 
 struct VertexRecord {
-  int32_t owner = -1;               // point; −1 = a hull corner or unused
-  bool fresh = false;               // inserted since the last `finish`
-  VertexEvidence evidence;          // up to date between deltas
-  std::vector<int32_t> also_there;  // other points at the same position
+  PointIndex owner;                    // none = a hull corner or unused
+  bool fresh = false;                  // inserted since the last `finish`
+  VertexEvidence evidence;             // up to date between deltas
+  std::vector<PointIndex> also_there;  // other points at the same position
 };
 
 class VertexRegister {
@@ -29,30 +29,31 @@ class VertexRegister {
   void rebuild(const std::array<Point3, 8>& corners);
   void finish();
 
-  /// Since the last `finish`: vertices inserted (some may be gone again: owner −1), and point ids
+  /// Since the last `finish`: vertices inserted (some may be gone again: no owner), and point ids
   /// of vertices erased that existed before.
-  const std::vector<int32_t>& inserted() const { return inserted_; }
-  const std::vector<int32_t>& erased_ids() const { return erased_ids_; }
-  /// The id a receiver knows: the owner's, or −1…−8 for a hull corner.
-  int32_t external_id(int32_t vertex) const;
-  const std::vector<VertexRecord>& records() const { return records_; }
-  void set_evidence(int32_t vertex, const VertexEvidence& evidence) {
+  const std::vector<VertexIndex>& inserted() const { return inserted_; }
+  const std::vector<PointId>& erased_ids() const { return erased_ids_; }
+  /// What receivers call it.
+  VertexId id_of(VertexIndex vertex) const;
+  const IdVector<VertexIndex, VertexRecord>& records() const { return records_; }
+  void set_evidence(VertexIndex vertex, const VertexEvidence& evidence) {
     at(vertex).evidence = evidence;
   }
   int64_t live() const { return live_; }
 
  private:
-  int32_t allocate();
-  void place(std::vector<int32_t> members);
-  void adopt(int32_t vertex, std::vector<int32_t> members);
-  void erase(int32_t vertex);
-  int32_t id_of(int32_t point) const { return map_.points[static_cast<size_t>(point)].id; }
-  VertexRecord& at(int32_t vertex) { return records_[static_cast<size_t>(vertex)]; }
+  VertexIndex allocate();
+  void place(std::vector<PointIndex> members);
+  void adopt(VertexIndex vertex, std::vector<PointIndex> members);
+  void erase(VertexIndex vertex);
+  PointId id_of(PointIndex point) const { return map_.points[point].id; }
+  VertexRecord& at(VertexIndex vertex) { return records_[vertex]; }
 
   MapState& map_;
   Delaunay& delaunay_;
-  std::vector<VertexRecord> records_;
-  std::vector<int32_t> free_, dropped_, inserted_, erased_ids_;
+  IdVector<VertexIndex, VertexRecord> records_;
+  std::vector<VertexIndex> free_, dropped_, inserted_;
+  std::vector<PointId> erased_ids_;
   int64_t live_ = 0;
 };
 

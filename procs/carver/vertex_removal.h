@@ -29,20 +29,23 @@ class VertexRemoval {
   bool remove(Triangulation& triangulation, VertexHandle vertex, std::span<const CellHandle> star);
 
  private:
-  static constexpr int kNone = -1;
   static constexpr size_t kMaxCorners = 1000;  // packed in 10 bits
+
+  /// A vertex around the hole, by its place in corners_.
+  using CornerIndex = Id<struct HoleCornerTag>;
+  using Triangle = std::array<CornerIndex, 3>;
+  using HoleCell = std::array<CornerIndex, 4>;
 
   // A facet that has a cell on one side only; `corners` are counter-clockwise for who looks from
   // that cell, so that the wanted vertex is on their positive side.
   struct OpenFacet {
-    std::array<int, 3> corners{};
-    int side = 0;  // number in sides_ of the cell's facet
+    Triangle corners{};
+    int side = 0;  // the facet's number, see below
   };
   struct Corner {
     VertexHandle vertex;
     std::array<double, 3> at{};  // relative to the vertex that goes
   };
-  using NewCell = std::array<int, 4>;  // corners
   // Facets by number: 4 · new cell + index, or −1 − (place in border_).
   struct BorderFacet {
     CellHandle outer;
@@ -50,28 +53,28 @@ class VertexRemoval {
   };
 
   void collect_border(VertexHandle vertex, std::span<const CellHandle> star);
-  int corner_of(VertexHandle vertex, const Kernel::Point_3& origin);
+  CornerIndex corner_of(VertexHandle vertex, const Kernel::Point_3& origin);
   bool fill(const Triangulation& triangulation);
   bool close_facets(int cell);
-  bool close_or_open(const std::array<int, 3>& corners, int side);
-  int apex_over(const Triangulation& triangulation, const std::array<int, 3>& facet);
-  int best_of_close(const Triangulation& triangulation, const std::array<int, 3>& facet) const;
+  bool close_or_open(const Triangle& corners, int side);
+  CornerIndex apex_over(const Triangulation& triangulation, const Triangle& facet);
+  CornerIndex best_of_close(const Triangulation& triangulation, const Triangle& facet) const;
   bool proven(const Triangulation& triangulation) const;
   bool locally_delaunay(const Triangulation& triangulation, int cell, int index) const;
   void commit(Triangulation& triangulation, VertexHandle vertex, std::span<const CellHandle> star);
   void pair(int side, int other);
-  const Kernel::Point_3& point(int corner) const {
-    return corners_[static_cast<size_t>(corner)].vertex->point();
+  const Kernel::Point_3& point(CornerIndex corner) const {
+    return corners_[corner].vertex->point();
   }
 
-  std::vector<Corner> corners_;
-  std::vector<int32_t> corner_by_vertex_;  // by the vertex's number; kNone outside remove()
+  IdVector<CornerIndex, Corner> corners_;
+  IdVector<VertexIndex, CornerIndex> corner_by_vertex_;  // none outside of remove()
   std::vector<BorderFacet> border_;
   std::vector<OpenFacet> open_;
   std::vector<uint32_t> open_keys_;  // parallel: the corners without their order
-  std::vector<NewCell> cells_;
-  std::vector<int> mates_;  // by side: the facet's number on the other side
-  std::vector<int> close_;  // scratch: candidates that floating point cannot tell apart
+  std::vector<HoleCell> cells_;
+  std::vector<int> mates_;          // by side: the facet's number on the other side
+  std::vector<CornerIndex> close_;  // scratch: candidates that floating point cannot tell apart
 };
 
 }  // namespace foresight::carving

@@ -103,8 +103,8 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
   };
   int64_t largest_id = -1;
   for (const CarvingCell& cell : delta.cells_added) {
-    if (cell.id < 0) return ApplyResult::kCellIdOutOfRange;
-    largest_id = std::max<int64_t>(largest_id, cell.id);
+    if (!cell.id.is_valid()) return ApplyResult::kCellIdOutOfRange;
+    largest_id = std::max<int64_t>(largest_id, cell.id.value());
   }
   if (largest_id >= cell_limit()) {
     if (largest_id > max_cell_id(cell_count_, static_cast<int64_t>(delta.cells_added.size()))) {
@@ -215,7 +215,8 @@ bool CellComplex::Evidence::makes_sense() const {
 
 // ---- Single steps -------------------------------------------------------------------------------
 
-ApplyResult CellComplex::remove_cell(const int32_t& cell, Journal* journal) {
+ApplyResult CellComplex::remove_cell(const CellId& id, Journal* journal) {
+  const int32_t cell = id.value();
   if (cell < 0 || cell >= cell_limit() || !exists(cell)) return ApplyResult::kUnknownCell;
   Journal::Cell saved{{}, {constraints(cell), votes(cell)}, volume(cell)};
   for (int32_t k = 0; k < 4; ++k) saved.corners[index(k)] = vertex(4 * cell + k);
@@ -224,7 +225,7 @@ ApplyResult CellComplex::remove_cell(const int32_t& cell, Journal* journal) {
   return ApplyResult::kOk;
 }
 
-ApplyResult CellComplex::remove_vertex(const int32_t& id, Journal* journal) {
+ApplyResult CellComplex::remove_vertex(const VertexId& id, Journal* journal) {
   const int32_t i = vertex_indices_.find(id);
   if (i < 0) return ApplyResult::kUnknownVertex;
   Point& point = points_[index(i)];
@@ -236,7 +237,7 @@ ApplyResult CellComplex::remove_vertex(const int32_t& id, Journal* journal) {
 }
 
 ApplyResult CellComplex::set_vertex(const CarvingVertex& vertex, Journal* journal) {
-  if (vertex.id < -kHullCorners) return ApplyResult::kVertexIdOutOfRange;
+  if (!vertex.id.is_valid()) return ApplyResult::kVertexIdOutOfRange;
   if (!vertex.position_in_map.allFinite()) return ApplyResult::kBadPosition;
   if (!makes_sense(vertex.evidence)) return ApplyResult::kBadEvidence;
   int32_t i = vertex_indices_.find(vertex.id);
@@ -267,7 +268,7 @@ ApplyResult CellComplex::update_vertex(const CarvingVertexUpdate& update, Journa
 
 ApplyResult CellComplex::check_cell(const CarvingCell& cell, Corners* corners,
                                     double* volume) const {
-  if (exists(cell.id)) return ApplyResult::kDuplicateCell;
+  if (exists(cell.id.value())) return ApplyResult::kDuplicateCell;
   if (!Evidence{cell.constraints, cell.votes}.makes_sense()) return ApplyResult::kBadConstraints;
   const ApplyResult found = find_corners(cell, corners);
   if (found != ApplyResult::kOk) return found;
@@ -284,20 +285,19 @@ ApplyResult CellComplex::add_cell(const CarvingCell& cell, Journal* journal) {
   double volume = 0;
   ApplyResult result = check_cell(cell, &corners, &volume);
   if (result != ApplyResult::kOk) return result;
-  result = attach(cell.id, corners, {cell.constraints, cell.votes}, volume);
-  if (result == ApplyResult::kOk) journal->steps.push_back({Journal::Step::kCellAdded, cell.id});
+  result = attach(cell.id.value(), corners, {cell.constraints, cell.votes}, volume);
+  if (result != ApplyResult::kOk) return result;
+  journal->steps.push_back({Journal::Step::kCellAdded, cell.id.value()});
   return result;
 }
 
 ApplyResult CellComplex::update_cell(const CarvingCellUpdate& update, Journal* journal) {
-  if (update.id < 0 || update.id >= cell_limit() || !exists(update.id)) {
-    return ApplyResult::kUnknownCell;
-  }
+  const int32_t cell = update.id.value();
+  if (cell < 0 || cell >= cell_limit() || !exists(cell)) return ApplyResult::kUnknownCell;
   const Evidence evidence{update.constraints, update.votes};
   if (!evidence.makes_sense()) return ApplyResult::kBadConstraints;
-  journal->note_cell(Journal::Step::kCellUpdated, update.id,
-                     {{}, {constraints(update.id), votes(update.id)}, 0});
-  set_evidence(update.id, evidence);
+  journal->note_cell(Journal::Step::kCellUpdated, cell, {{}, {constraints(cell), votes(cell)}, 0});
+  set_evidence(cell, evidence);
   return ApplyResult::kOk;
 }
 

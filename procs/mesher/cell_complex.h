@@ -30,7 +30,6 @@ namespace foresight {
 class CellComplex {
  public:
   static constexpr int32_t kMaxVotes = 1 << 24;  // per cell: the flow adds them up
-  static constexpr int32_t kHullCorners = 8;     // vertex ids −1…−8
 
   [[nodiscard]] ApplyResult apply(const CarvingDelta& delta);
   void reset();
@@ -59,8 +58,8 @@ class CellComplex {
   int32_t vertex_limit() const { return static_cast<int32_t>(points_.size()); }
   bool exists_vertex(int32_t vertex) const { return points_[index(vertex)].exists; }
   /// The vertex of this id, or −1.
-  int32_t find_vertex(int32_t id) const { return vertex_indices_.find(id); }
-  int32_t vertex_id(int32_t vertex) const { return points_[index(vertex)].id; }
+  int32_t find_vertex(VertexId id) const { return vertex_indices_.find(id); }
+  VertexId vertex_id(int32_t vertex) const { return points_[index(vertex)].id; }
   int32_t vertex_degree(int32_t vertex) const { return points_[index(vertex)].degree; }
   const Eigen::Vector3f& position_in_map(int32_t vertex) const {
     return points_[index(vertex)].position_in_map;
@@ -78,7 +77,7 @@ class CellComplex {
   struct Point {
     Eigen::Vector3f position_in_map = Eigen::Vector3f::Zero();
     VertexEvidence evidence;
-    int32_t id = 0;
+    VertexId id;
     int32_t degree = 0;  // cells that use it
     bool exists = false;
   };
@@ -93,8 +92,8 @@ class CellComplex {
 
   static size_t index(int32_t i) { return static_cast<size_t>(i); }
   ApplyResult try_apply(const CarvingDelta& delta, Journal* journal);
-  ApplyResult remove_cell(const int32_t& cell, Journal* journal);
-  ApplyResult remove_vertex(const int32_t& id, Journal* journal);
+  ApplyResult remove_cell(const CellId& id, Journal* journal);
+  ApplyResult remove_vertex(const VertexId& id, Journal* journal);
   ApplyResult set_vertex(const CarvingVertex& vertex, Journal* journal);
   ApplyResult add_all_cells(const std::vector<CarvingCell>& cells);
   ApplyResult place_cell(const CarvingCell& cell);
@@ -133,7 +132,7 @@ class CellComplex {
   // By vertex.
   std::vector<Point> points_;
   std::vector<int32_t> free_points_;
-  VertexIndex vertex_indices_{kHullCorners};
+  VertexIndex vertex_indices_{VertexId::kHullCorners};
 
   FacetTable facets_;
   bool facets_known_ = true;  // not yet, after a whole complex was added

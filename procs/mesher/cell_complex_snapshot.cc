@@ -40,12 +40,13 @@ ApplyResult CellComplex::place_cell(const CarvingCell& cell) {
   double volume = 0;
   const ApplyResult result = check_cell(cell, &corners, &volume);
   if (result != ApplyResult::kOk) return result;
+  const int32_t id = cell.id.value();
   for (int32_t k = 0; k < 4; ++k) {
-    vertices_[index(4 * cell.id + k)] = corners[index(k)];
+    vertices_[index(4 * id + k)] = corners[index(k)];
     ++points_[index(corners[index(k)])].degree;
   }
-  set_evidence(cell.id, {cell.constraints, cell.votes});
-  volumes_[index(cell.id)] = volume;
+  set_evidence(id, {cell.constraints, cell.votes});
+  volumes_[index(id)] = volume;
   ++cell_count_;
   return ApplyResult::kOk;
 }
@@ -55,7 +56,8 @@ ApplyResult CellComplex::pair_all_facets(const std::vector<CarvingCell>& cells) 
   std::vector<size_t> ends(points_.size() + 1, 0);
   const auto for_each_facet = [&](auto&& visit) {
     for (const CarvingCell& cell : cells) {
-      for (int32_t slot = 4 * cell.id; slot < 4 * cell.id + 4; ++slot) visit(facet_key(slot), slot);
+      const int32_t first = 4 * cell.id.value();
+      for (int32_t slot = first; slot < first + 4; ++slot) visit(facet_key(slot), slot);
     }
   };
   for_each_facet([&](const FacetKey& key, int32_t) { ++ends[index(key.vertices[0]) + 1]; });

@@ -60,7 +60,7 @@ std::array<float, 4> circumsphere_cosines(const CellComplex& complex, int32_t ce
 
 bool at_hull(const CellComplex& complex, int32_t cell) {
   for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
-    if (complex.vertex_id(complex.vertex(slot)) < 0) return true;
+    if (!complex.vertex_id(complex.vertex(slot)).is_point()) return true;
   }
   return false;
 }

@@ -84,7 +84,7 @@ int32_t Extractor::add_vertex(int32_t point) {
   mesh.vertices_in_map.push_back(complex_.position_in_map(point));
   mesh.vertex_ids.push_back(complex_.vertex_id(point));
   mesh.confidences.push_back(
-      complex_.vertex_id(point) < 0 ? 0.0f : confidence_of(complex_.evidence(point)));
+      complex_.vertex_id(point).is_point() ? confidence_of(complex_.evidence(point)) : 0.0f);
   return static_cast<int32_t>(mesh.vertex_ids.size()) - 1;
 }
 

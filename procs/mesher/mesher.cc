@@ -66,7 +66,7 @@ Mesh Mesher::update() {
 double Mesher::scene_size() const {
   std::array<std::vector<double>, 3> axes;
   for (int32_t i = 0; i < complex_.vertex_limit(); ++i) {
-    if (!complex_.exists_vertex(i) || complex_.vertex_id(i) < 0) continue;
+    if (!complex_.exists_vertex(i) || !complex_.vertex_id(i).is_point()) continue;
     if (complex_.vertex_degree(i) == 0) continue;
     const Eigen::Vector3f& p = complex_.position_in_map(i);
     for (size_t k = 0; k < 3; ++k) axes[k].push_back(static_cast<double>(p[static_cast<int>(k)]));

@@ -119,15 +119,15 @@ void Smoother::find_rings() {
 
 void Smoother::find_homes() {
   homes_.resize(rings_.size());
-  std::map<int32_t, int32_t> sheets;  // by id
-  for (const int32_t id : mesh_.vertex_ids) ++sheets[id];
+  std::map<VertexId, int32_t> sheets;
+  for (const VertexId id : mesh_.vertex_ids) ++sheets[id];
   std::vector<int32_t> vertex_by_point(static_cast<size_t>(complex_.vertex_limit()), -1);
   for (size_t v = 0; v < rings_.size(); ++v) {
     const bool at_hull = std::any_of(rings_[v].begin(), rings_[v].end(), [&](const auto& edge) {
-      return mesh_.vertex_ids[edge[0]] < 0 || mesh_.vertex_ids[edge[1]] < 0;
+      return !mesh_.vertex_ids[edge[0]].is_point() || !mesh_.vertex_ids[edge[1]].is_point();
     });
-    const int32_t id = mesh_.vertex_ids[v];
-    if (id < 0 || at_hull || sheets[id] > 1) continue;
+    const VertexId id = mesh_.vertex_ids[v];
+    if (!id.is_point() || at_hull || sheets[id] > 1) continue;
     vertex_by_point[static_cast<size_t>(complex_.find_vertex(id))] = static_cast<int32_t>(v);
   }
   for (int32_t slot = 0; slot < 4 * complex_.cell_limit(); ++slot) {

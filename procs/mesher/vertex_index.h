@@ -7,6 +7,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/carving_delta.h"
+
 namespace foresight {
 
 class VertexIndex {
@@ -16,8 +18,8 @@ class VertexIndex {
   explicit VertexIndex(int32_t negative_ids) : offset_(negative_ids) {}
 
   int32_t size() const { return size_; }
-  int32_t find(int32_t id) const {
-    const int64_t place = int64_t{id} + offset_;
+  int32_t find(VertexId id) const {
+    const int64_t place = int64_t{id.value()} + offset_;
     if (place >= 0 && place < static_cast<int64_t>(dense_.size())) {
       const int32_t index = dense_[static_cast<size_t>(place)];
       if (index != kNone) return index;
@@ -27,9 +29,9 @@ class VertexIndex {
     return found == sparse_.end() ? kNone : found->second;
   }
   /// `id` must not be there.
-  void insert(int32_t id, int32_t index) {
+  void insert(VertexId id, int32_t index) {
     ++size_;
-    const int64_t place = int64_t{id} + offset_;
+    const int64_t place = int64_t{id.value()} + offset_;
     if (place >= kSlack + kSpread * int64_t{size_}) {
       sparse_.emplace(id, index);
       return;
@@ -40,9 +42,9 @@ class VertexIndex {
     dense_[static_cast<size_t>(place)] = index;
   }
   /// `id` must be there.
-  void erase(int32_t id) {
+  void erase(VertexId id) {
     --size_;
-    if (sparse_.erase(id) == 0) dense_[static_cast<size_t>(int64_t{id} + offset_)] = kNone;
+    if (sparse_.erase(id) == 0) dense_[static_cast<size_t>(int64_t{id.value()} + offset_)] = kNone;
   }
 
  private:
@@ -51,7 +53,7 @@ class VertexIndex {
   int32_t offset_;
   int32_t size_ = 0;
   std::vector<int32_t> dense_;
-  std::unordered_map<int32_t, int32_t> sparse_;
+  std::unordered_map<VertexId, int32_t> sparse_;
 };
 
 }  // namespace foresight

@@ -42,7 +42,7 @@ float median(std::vector<float>* values) {
 std::vector<Eigen::Vector3f> measured_vertices(const Mesh& mesh) {
   std::vector<Eigen::Vector3f> points;
   for (size_t i = 0; i < mesh.vertices_in_map.size(); ++i) {
-    if (mesh.vertex_ids[i] >= 0) points.push_back(mesh.vertices_in_map[i]);
+    if (mesh.vertex_ids[i].is_point()) points.push_back(mesh.vertices_in_map[i]);
   }
   return points.empty() ? mesh.vertices_in_map : points;
 }
@@ -82,7 +82,7 @@ bool SurfacePass::set_mesh(const Mesh& mesh) {
   std::vector<Eigen::Vector4f> vertices(mesh.vertices_in_map.size());
   for (size_t i = 0; i < vertices.size(); ++i) {
     vertices[i] << mesh.vertices_in_map[i],
-        mesh.vertex_ids[i] < 0 ? kHullConfidence : mesh.confidences[i];
+        mesh.vertex_ids[i].is_point() ? mesh.confidences[i] : kHullConfidence;
   }
   glBindVertexArray(layout_.name());
   glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());

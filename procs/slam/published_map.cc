@@ -44,7 +44,7 @@ void PublishedMap::take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta
   const auto sent = keyframes_.find(id);
   if (keyframe == nullptr) {
     if (sent == keyframes_.end()) return;
-    delta->keyframes_removed.push_back(id);
+    delta->keyframes_removed.emplace_back(id);
     keyframes_.erase(sent);
     return;
   }
@@ -55,7 +55,7 @@ void PublishedMap::take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta
     const double turned = old.rotation().angularDistance(now.rotation());
     if (moved < threshold_rad() && turned < threshold_rad()) return;
   }
-  keyframes_[id] = {id, keyframe->map_from_cam, keyframe->time};
+  keyframes_[id] = {KeyframeId(id), keyframe->map_from_cam, keyframe->time};
   delta->keyframes_set.push_back(keyframes_[id]);
 }
 
@@ -64,7 +64,7 @@ void PublishedMap::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
   const auto sent = points_.find(id);
   if (point == nullptr) {
     if (sent == points_.end()) return;
-    delta->points_removed.push_back(id);
+    delta->points_removed.emplace_back(id);
     points_.erase(sent);
     return;
   }
@@ -81,14 +81,14 @@ void PublishedMap::take_point(const SlamMap& map, int32_t id, MapDelta* delta) {
   if (is_new || moved || !as_certain) {
     if (is_new || moved) known.position_in_map = position;
     known.sigma_mu = sigma;
-    delta->points_set.push_back({id, known.position_in_map, sigma});
+    delta->points_set.push_back({PointId(id), known.position_in_map, sigma});
   }
   std::vector<int32_t> keyframe_ids = keyframes_of(*point);
   for (const int32_t k : without(keyframe_ids, known.keyframe_ids)) {
-    delta->observations_added.push_back({k, id});
+    delta->observations_added.push_back({KeyframeId(k), PointId(id)});
   }
   for (const int32_t k : without(known.keyframe_ids, keyframe_ids)) {
-    delta->observations_removed.push_back({k, id});
+    delta->observations_removed.push_back({KeyframeId(k), PointId(id)});
   }
   known.keyframe_ids = std::move(keyframe_ids);
 }
@@ -97,8 +97,10 @@ MapDelta PublishedMap::snapshot() const {
   MapDelta all;
   for (const auto& [id, keyframe] : keyframes_) all.keyframes_set.push_back(keyframe);
   for (const auto& [id, point] : points_) {
-    all.points_set.push_back({id, point.position_in_map, point.sigma_mu});
-    for (const int32_t k : point.keyframe_ids) all.observations_added.push_back({k, id});
+    all.points_set.push_back({PointId(id), point.position_in_map, point.sigma_mu});
+    for (const int32_t k : point.keyframe_ids) {
+      all.observations_added.push_back({KeyframeId(k), PointId(id)});
+    }
   }
   std::sort(all.observations_added.begin(), all.observations_added.end());
   return all;

@@ -75,7 +75,7 @@ class PairCollectorTest : public testing::Test {
   }
   void set_keyframe(int32_t id, double x_mu, int ms) {
     MapDelta delta;
-    delta.keyframes_set.push_back({id, pose(x_mu), at_ms(ms)});
+    delta.keyframes_set.push_back({KeyframeId(id), pose(x_mu), at_ms(ms)});
     map_.apply(delta);
     collector_.add_keyframes(delta);
   }
@@ -118,7 +118,7 @@ TEST_F(PairCollectorTest, RemovedKeyframesHoldNoPlace) {
   collector_.update();
   ASSERT_EQ(collector_.size(), 3);
   MapDelta delta;
-  delta.keyframes_removed = {0};
+  delta.keyframes_removed = {KeyframeId(0)};
   map_.apply(delta);
   collector_.update();
   EXPECT_EQ(collector_.size(), 1);
@@ -128,7 +128,7 @@ TEST_F(PairCollectorTest, RemovedKeyframesHoldNoPlace) {
 TEST_F(PairCollectorTest, KeyframesOfAMovingBaseNeverComeBack) {
   move_arm(0, 5000);
   MapDelta delta;
-  delta.keyframes_set.push_back({7, pose(0), at_ms(1000)});
+  delta.keyframes_set.push_back({KeyframeId(7), pose(0), at_ms(1000)});
   map_.apply(delta);
   collector_.exclude_keyframes(delta);
   set_keyframe(7, 0.1, 1000);  // bundle adjustment sends it again

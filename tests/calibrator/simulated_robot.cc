@@ -91,7 +91,7 @@ void SimulatedRobot::maybe_make_keyframe(Time time, RobotListener* listener) {
   if (is_first) {
     for (size_t i = 0; i < points_in_world_.size(); ++i) {
       const Vector3d p = world_from_map_.inverse() * points_in_world_[i];
-      delta.points_set.push_back({static_cast<int32_t>(i), p.cast<float>()});
+      delta.points_set.push_back({PointId::at(i), p.cast<float>()});
     }
   }
   Pose<Map, Cam> pose = seen(time, 2.0 / 3);
@@ -99,7 +99,7 @@ void SimulatedRobot::maybe_make_keyframe(Time time, RobotListener* listener) {
   if (chance < options_.wrong_keyframe_share) {
     pose = {pose.rotation(), pose.translation() + gaussian(0.2) / world_from_map_.scale()};
   }
-  delta.keyframes_set.push_back({static_cast<int32_t>(keyframes_.size()), pose, time});
+  delta.keyframes_set.push_back({KeyframeId::at(keyframes_.size()), pose, time});
   keyframes_.push_back(here);
   listener->on_map(epoch_, is_first, delta);
 }

@@ -19,7 +19,7 @@ using Rational = CGAL::Exact_rational;
 using Interval = CGAL::Interval_nt_advanced;  // encloses the exact number
 using Triangulation = CGAL::Delaunay_triangulation_3<
     Kernel, CGAL::Triangulation_data_structure_3<
-                CGAL::Triangulation_vertex_base_with_info_3<int32_t, Kernel>>>;
+                CGAL::Triangulation_vertex_base_with_info_3<VertexId, Kernel>>>;
 
 struct Segment {
   Point from, to;
@@ -153,13 +153,13 @@ Point to_point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
 
-std::map<int32_t, VertexEvidence> evidence_by_brute_force(const MapModel& map) {
-  std::map<std::array<float, 3>, std::vector<int32_t>> points;  // by position, ascending ids
+std::map<VertexId, VertexEvidence> evidence_by_brute_force(const MapModel& map) {
+  std::map<std::array<float, 3>, std::vector<PointId>> points;  // by position, ascending ids
   for (const auto& [id, p] : map.points) points[{p.x() + 0, p.y() + 0, p.z() + 0}].push_back(id);
-  std::map<int32_t, VertexEvidence> all;
-  for (int32_t corner = -8; corner < 0; ++corner) all[corner] = {};
+  std::map<VertexId, VertexEvidence> all;
+  for (int32_t n = 0; n < VertexId::kHullCorners; ++n) all[VertexId::hull_corner(n)] = {};
   for (const auto& [position, ids] : points) {
-    VertexEvidence& evidence = all[ids.front()];
+    VertexEvidence& evidence = all[VertexId(ids.front())];
     std::vector<Eigen::Vector3d> directions;
     for (const MapObservation& seen : map.observations) {
       if (std::find(ids.begin(), ids.end(), seen.point_id) == ids.end()) continue;
@@ -178,11 +178,11 @@ std::map<int32_t, VertexEvidence> evidence_by_brute_force(const MapModel& map) {
   return all;
 }
 
-std::string differences(const std::map<int32_t, VertexEvidence>& actual, const MapModel& map) {
+std::string differences(const std::map<VertexId, VertexEvidence>& actual, const MapModel& map) {
   const auto expected = evidence_by_brute_force(map);
   if (actual.size() != expected.size()) return "wrong number of vertices";
   for (const auto& [id, evidence] : actual) {
-    const std::string name = "vertex " + std::to_string(id);
+    const std::string name = "vertex " + std::to_string(id.value());
     const auto at = expected.find(id);
     if (at == expected.end()) return name + " should not exist";
     if (evidence.observations != at->second.observations) return name + ": observations";
@@ -197,32 +197,34 @@ std::string differences(const std::map<int32_t, VertexEvidence>& actual, const M
 }
 
 Carving carve_by_brute_force(const MapModel& map,
-                             const std::map<int32_t, Eigen::Vector3f>& vertices) {
+                             const std::map<VertexId, Eigen::Vector3f>& vertices) {
   Triangulation triangulation;
-  const auto insert = [&](int32_t id, const Eigen::Vector3f& position) {
+  const auto insert = [&](VertexId id, const Eigen::Vector3f& position) {
     const size_t before = triangulation.number_of_vertices();
     const auto vertex = triangulation.insert(to_point(position.cast<double>()));
     if (triangulation.number_of_vertices() > before) vertex->info() = id;
   };
   // Ascending ids: the smallest of coincident points names the vertex.
-  for (int32_t id = -8; id < 0; ++id) insert(id, vertices.at(id));
-  for (const auto& [id, position] : map.points) insert(id, position);
+  for (const auto& [id, position] : vertices) {
+    if (!id.is_point()) insert(id, position);
+  }
+  for (const auto& [id, position] : map.points) insert(VertexId(id), position);
   std::vector<Segment> segments;
   for (const MapObservation& seen : map.observations) {
     segments.push_back({to_point(map.cameras.at(seen.keyframe_id)),
                         to_point(map.points.at(seen.point_id).cast<double>())});
   }
   Carving carving;
-  std::map<std::array<Point, 4>, std::array<int32_t, 4>> keys;  // by the corners in order
+  std::map<std::array<Point, 4>, std::array<VertexId, 4>> keys;  // by the corners in order
   std::vector<std::array<Point, 4>> cells;
   for (const auto cell : triangulation.finite_cell_handles()) {
-    std::array<std::pair<int32_t, Point>, 4> corners;
+    std::array<std::pair<VertexId, Point>, 4> corners;
     for (size_t i = 0; i < 4; ++i) {
       const auto vertex = cell->vertex(static_cast<int>(i));
       corners[i] = {vertex->info(), vertex->point()};
     }
     std::sort(corners.begin(), corners.end());
-    std::array<int32_t, 4> key{};
+    std::array<VertexId, 4> key{};
     std::array<Point, 4> points;
     for (size_t i = 0; i < 4; ++i) std::tie(key[i], points[i]) = corners[i];
     carving[key] = facts_of(points, segments);

@@ -9,13 +9,13 @@ namespace foresight::carver_test {
 
 /// `vertices` supplies the hull's corners (ids −1…−8).
 Carving carve_by_brute_force(const MapModel& map,
-                             const std::map<int32_t, Eigen::Vector3f>& vertices);
+                             const std::map<VertexId, Eigen::Vector3f>& vertices);
 
 /// The evidence of every vertex, by the id that it must have. The spread is the angle between all
 /// pairs' most different.
-std::map<int32_t, VertexEvidence> evidence_by_brute_force(const MapModel& map);
+std::map<VertexId, VertexEvidence> evidence_by_brute_force(const MapModel& map);
 
 /// "" if counts are equal and spreads as close as VertexEvidence promises.
-std::string differences(const std::map<int32_t, VertexEvidence>& actual, const MapModel& map);
+std::string differences(const std::map<VertexId, VertexEvidence>& actual, const MapModel& map);
 
 }  // namespace foresight::carver_test

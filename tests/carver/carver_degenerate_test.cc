@@ -3,6 +3,7 @@
 
 #include "procs/carver/carver.h"
 #include "tests/carver/brute_force.h"
+#include "tests/common/plain_ids.h"
 
 namespace foresight::carver_test {
 namespace {
@@ -35,29 +36,32 @@ TEST(Scale, DoesNotChangeTheResult) {
   }
 }
 
-TEST(Lattice, RaysAlongEdgesAndFacetsAreNotCutShort) {
+TEST(Lattice, ConstraintsAlongEdgesAndFacetsAreNotCutShort) {
   MapModel map;
   int32_t id = 0;
   for (int x = 0; x < 4; ++x) {
     for (int y = 0; y < 4; ++y) {
-      for (int z = 0; z < 4; ++z) map.points[id++] = Eigen::Vector3i(x, y, z).cast<float>();
+      for (int z = 0; z < 4; ++z)
+        map.points[PointId(id++)] = Eigen::Vector3i(x, y, z).cast<float>();
     }
   }
   const std::vector<Eigen::Vector3d> centres{{-2, 1, 1},    {1.5, 1.5, 1.5}, {1.5, 1, 1},
                                              {1.5, 1.5, 1}, {0, 0, 0},       {5, 5, 5}};
   for (const auto& centre : centres) {
-    const auto keyframe = static_cast<int32_t>(map.cameras.size());
+    const auto keyframe = KeyframeId::at(map.cameras.size());
     map.cameras[keyframe] = centre;
-    for (int32_t point = 0; point < id; ++point) map.observations.insert({keyframe, point});
+    for (int32_t point = 0; point < id; ++point) {
+      map.observations.insert({keyframe, PointId(point)});
+    }
   }
   Carver carver;
   Receiver receiver;
   ASSERT_EQ(receiver.apply(carver.apply(map.whole())), "");
   expect_exact(carver, receiver, map);
-  // Each removal turns rays that grazed into rays that cross.
+  // Each removal turns constraints that grazed into ones that cross.
   for (const int32_t gone : {21, 26, 42}) {
     MapDelta delta;
-    delta.points_removed = {gone};
+    delta.points_removed = ids<PointId>({gone});
     map.apply(delta);
     ASSERT_EQ(receiver.apply(carver.apply(delta)), "");
     expect_exact(carver, receiver, map);
@@ -74,17 +78,17 @@ TEST(Hull, GrowsWithTheMapAndLosesNothing) {
     MapModel map;
     MapDelta delta;
     delta.keyframes_set = {keyframe_at(0, {0, 0, 0})};
-    delta.points_set = {{0, {1, 0, 0}}, {1, {0, 1, 0}}, {2, {0, 0, 1}}, {3, {1, 1, 1}}};
-    delta.observations_added = {{0, 0}, {0, 1}, {0, 2}, {0, 3}};
+    delta.points_set = points({{0, {1, 0, 0}}, {1, {0, 1, 0}}, {2, {0, 0, 1}}, {3, {1, 1, 1}}});
+    delta.observations_added = seen({{0, 0}, {0, 1}, {0, 2}, {0, 3}});
     map.apply(delta);
     ASSERT_EQ(receiver.apply(carver.apply(delta)), "");
     expect_exact(carver, receiver, map);
     for (int32_t step = 1; step < 6; ++step) {
       MapDelta far;
       const float distance = std::pow(20.F, static_cast<float>(step));
-      far.points_set = {{3 + step, {distance, 1.F, -distance}}};
+      far.points_set = points({{3 + step, {distance, 1.F, -distance}}});
       far.keyframes_set = {keyframe_at(step, {-distance, 0.0, 3.0})};
-      far.observations_added = {{0, 3 + step}, {step, 3 + step}, {step, 0}};
+      far.observations_added = seen({{0, 3 + step}, {step, 3 + step}, {step, 0}});
       map.apply(far);
       ASSERT_EQ(receiver.apply(carver.apply(far)), "");
       expect_exact(carver, receiver, map);
@@ -100,19 +104,19 @@ TEST(Hull, WaitsForASecondPosition) {
   MapDelta delta;
   delta.keyframes_set = {keyframe_at(0, {1, 2, 3})};
   EXPECT_TRUE(carver.apply(delta).empty());
-  delta.points_set = {{0, {1, 2, 3}}};
-  delta.observations_added = {{0, 0}};
+  delta.points_set = points({{0, {1, 2, 3}}});
+  delta.observations_added = seen({{0, 0}});
   EXPECT_TRUE(carver.apply(delta).empty());
   map.apply(delta);
   MapDelta second;
-  second.points_set = {{1, {2, 2, 3}}};
-  second.observations_added = {{0, 1}};
+  second.points_set = points({{1, {2, 2, 3}}});
+  second.observations_added = seen({{0, 1}});
   map.apply(second);
   Receiver receiver;
   ASSERT_EQ(receiver.apply(carver.apply(second)), "");
   expect_exact(carver, receiver, map);
   MapDelta gone;
-  gone.points_removed = {0, 1};
+  gone.points_removed = ids<PointId>({0, 1});
   map.apply(gone);
   ASSERT_EQ(receiver.apply(carver.apply(gone)), "");
   expect_exact(carver, receiver, map);
@@ -124,12 +128,12 @@ TEST(Hull, FollowsALonelyPointFarAway) {
   Receiver receiver;
   MapModel map;
   MapDelta delta;
-  delta.points_set = {{0, {0, 0, 0}}, {1, {0.1F, 0, 0}}};
+  delta.points_set = points({{0, {0, 0, 0}}, {1, {0.1F, 0, 0}}});
   map.apply(delta);
   ASSERT_EQ(receiver.apply(carver.apply(delta)), "");
   MapDelta leaves;
-  leaves.points_removed = {0};
-  leaves.points_set = {{1, {0, 0, 3e8F}}};
+  leaves.points_removed = ids<PointId>({0});
+  leaves.points_set = points({{1, {0, 0, 3e8F}}});
   map.apply(leaves);
   ASSERT_EQ(receiver.apply(carver.apply(leaves)), "");
   expect_exact(carver, receiver, map);
@@ -145,7 +149,8 @@ TEST(Hull, HoldsWhatLiesOnARoundedFaceStrictly) {
     MapModel map;
     MapDelta delta;
     const auto face = static_cast<float>(half_size);
-    delta.points_set = {{0, {0, 0, 0}}, {1, {face, 0, 0}}, {2, {0, std::nextafter(face, 0.F), 0}}};
+    delta.points_set =
+        points({{0, {0, 0, 0}}, {1, {face, 0, 0}}, {2, {0, std::nextafter(face, 0.F), 0}}});
     map.apply(delta);
     ASSERT_EQ(receiver.apply(carver.apply(delta)), "") << half_size;
     expect_exact(carver, receiver, map);
@@ -163,23 +168,23 @@ TEST(CoincidentPoints, ShareAVertexNamedByTheSmallestId) {
   };
   MapDelta delta;
   delta.keyframes_set = {keyframe_at(0, {0, 0, 0}), keyframe_at(1, {0, 0.1, 0})};
-  delta.points_set = {{5, {1, 0, 0}}, {6, {0, 1, 1}}, {7, {1, 0, 0}}, {8, {1, 1, 0}}};
-  delta.observations_added = {{0, 5}, {0, 7}, {1, 7}, {0, 6}, {1, 8}};
+  delta.points_set = points({{5, {1, 0, 0}}, {6, {0, 1, 1}}, {7, {1, 0, 0}}, {8, {1, 1, 0}}});
+  delta.observations_added = seen({{0, 5}, {0, 7}, {1, 7}, {0, 6}, {1, 8}});
   apply(delta);
   EXPECT_EQ(carver.statistics().vertices, 3);
-  EXPECT_TRUE(receiver.vertices().contains(5));
-  EXPECT_FALSE(receiver.vertices().contains(7));
+  EXPECT_TRUE(receiver.vertices().contains(VertexId(5)));
+  EXPECT_FALSE(receiver.vertices().contains(VertexId(7)));
   MapDelta smaller;
-  smaller.points_set = {{2, {1, 0, 0}}};
+  smaller.points_set = points({{2, {1, 0, 0}}});
   apply(smaller);
-  EXPECT_TRUE(receiver.vertices().contains(2));
+  EXPECT_TRUE(receiver.vertices().contains(VertexId(2)));
   MapDelta owner_leaves;
-  owner_leaves.points_removed = {2};
-  owner_leaves.points_set = {{5, {0.5, 0.5, 0.5}}};
+  owner_leaves.points_removed = ids<PointId>({2});
+  owner_leaves.points_set = points({{5, {0.5, 0.5, 0.5}}});
   apply(owner_leaves);
-  EXPECT_TRUE(receiver.vertices().contains(7));
+  EXPECT_TRUE(receiver.vertices().contains(VertexId(7)));
   MapDelta rejoin;
-  rejoin.points_set = {{5, {1, 0, 0}}, {6, {1, 0, 0}}};
+  rejoin.points_set = points({{5, {1, 0, 0}}, {6, {1, 0, 0}}});
   apply(rejoin);
   EXPECT_EQ(carver.statistics().vertices, 2);
 }

@@ -5,6 +5,7 @@
 
 #include "procs/carver/carver.h"
 #include "tests/carver/brute_force.h"
+#include "tests/common/plain_ids.h"
 
 namespace foresight::carver_test {
 namespace {
@@ -12,8 +13,8 @@ namespace {
 MapDelta small_map() {
   MapDelta delta;
   delta.keyframes_set = {keyframe_at(0, {0, 0, 0})};
-  delta.points_set = {{0, {1, 0, 0}}, {1, {0, 1, 0}}, {2, {0, 0, 1}}, {3, {1, 1, 1}}};
-  delta.observations_added = {{0, 0}, {0, 1}, {0, 3}};
+  delta.points_set = points({{0, {1, 0, 0}}, {1, {0, 1, 0}}, {2, {0, 0, 1}}, {3, {1, 1, 1}}});
+  delta.observations_added = seen({{0, 0}, {0, 1}, {0, 3}});
   return delta;
 }
 
@@ -24,12 +25,13 @@ TEST(BadInput, IsIgnoredAndCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const double infinite = std::numeric_limits<double>::infinity();
   MapDelta bad;
-  bad.observations_removed = {{0, 2}, {7, 0}, {0, 99}};  // never seen, unknown, unknown
-  bad.points_removed = {99, -1};                         // unknown
-  bad.keyframes_removed = {5, -3};                       // unknown
+  bad.observations_removed = seen({{0, 2}, {7, 0}, {0, 99}});  // never seen, unknown, unknown
+  bad.points_removed = ids<PointId>({99, -1});                 // unknown
+  bad.keyframes_removed = ids<KeyframeId>({5, -3});            // unknown
   bad.keyframes_set = {keyframe_at(-1, {1, 1, 1}), keyframe_at(1, {infinite, 0, 0})};
-  bad.points_set = {{-4, {0, 0, 0}}, {4, {nan, 0, 0}}, {5, {1e30F, 0, 0}}, {0, {nan, nan, nan}}};
-  bad.observations_added = {{0, 0}, {1, 0}, {0, 4}, {-1, -1}};  // repeated, unknown ×3
+  bad.points_set =
+      points({{-4, {0, 0, 0}}, {4, {nan, 0, 0}}, {5, {1e30F, 0, 0}}, {0, {nan, nan, nan}}});
+  bad.observations_added = seen({{0, 0}, {1, 0}, {0, 4}, {-1, -1}});  // repeated, unknown ×3
   EXPECT_TRUE(carver.apply(bad).empty());
   EXPECT_EQ(carver.statistics().ignored_inputs, 3 + 2 + 2 + 2 + 4 + 4);
   EXPECT_EQ(carver.validate(), "");
@@ -42,8 +44,9 @@ TEST(BadInput, AppliedTwiceIsHarmless) {
   EXPECT_TRUE(carver.apply(small_map()).empty());
   EXPECT_EQ(carver.statistics().ignored_inputs, 3);  // the observations are known
   MapDelta twice;
-  twice.points_set = {{9, {2, 2, 2}}, {9, {0.5, 0.5, 0.5}}, {0, {3, 0, 0}}, {0, {1, 0, 0.1F}}};
-  twice.observations_added = {{0, 9}};
+  twice.points_set =
+      points({{9, {2, 2, 2}}, {9, {0.5, 0.5, 0.5}}, {0, {3, 0, 0}}, {0, {1, 0, 0.1F}}});
+  twice.observations_added = seen({{0, 9}});
   MapModel map;
   map.apply(small_map());
   map.apply(twice);
@@ -63,13 +66,14 @@ TEST(BadInput, GarbageNeverCrashes) {
   Receiver receiver;
   for (int step = 0; step < 150; ++step) {
     MapDelta delta;
-    if (random() % 3 == 0) delta.observations_removed = {{id(), id()}, {id(), id()}};
-    if (random() % 5 == 0) delta.points_removed = {id(), id()};
-    if (random() % 9 == 0) delta.keyframes_removed = {id()};
+    if (random() % 3 == 0) delta.observations_removed = seen({{id(), id()}, {id(), id()}});
+    if (random() % 5 == 0) delta.points_removed = ids<PointId>({id(), id()});
+    if (random() % 9 == 0) delta.keyframes_removed = ids<KeyframeId>({id()});
     const Eigen::Vector3f centre(number(), number(), number());
     delta.keyframes_set = {keyframe_at(id(), centre.cast<double>())};
-    delta.points_set = {{id(), {number(), number(), number()}}, {id(), {number(), 0.F, 0.F}}};
-    delta.observations_added = {{id(), id()}, {id(), id()}, {id(), id()}};
+    delta.points_set =
+        points({{id(), {number(), number(), number()}}, {id(), {number(), 0.F, 0.F}}});
+    delta.observations_added = seen({{id(), id()}, {id(), id()}, {id(), id()}});
     ASSERT_EQ(receiver.apply(carver.apply(delta)), "") << "step " << step;
     if (step % 10 == 9) {
       ASSERT_EQ(carver.validate(), "") << "step " << step;
@@ -92,7 +96,7 @@ TEST(Unobserved, PointIsAVertex) {
   Carver carver;
   Receiver receiver;
   ASSERT_EQ(receiver.apply(carver.apply(small_map())), "");
-  EXPECT_TRUE(receiver.vertices().contains(2));  // nobody saw it
+  EXPECT_TRUE(receiver.vertices().contains(VertexId(2)));  // nobody saw it
 }
 
 }  // namespace

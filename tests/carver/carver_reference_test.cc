@@ -35,31 +35,31 @@ TEST_P(Recorded, CarvingIsExact) {
   CarverOptions options;
   options.hull_half_size_mu = 20.0 * kMuPerM;
   Carver carver(options);
-  std::vector<CarvingCell> cells;
+  IdVector<CellId, CarvingCell> cells;
   for (const CarvEvent& event : sequence.events) {
     const CarvingDelta delta = carver.apply(event.delta);
-    for (const int32_t id : delta.cells_removed) cells[static_cast<size_t>(id)].id = -1;
+    for (const CellId id : delta.cells_removed) cells[id].id = CellId();
     for (const CarvingCell& cell : delta.cells_added) {
-      cells.resize(std::max(cells.size(), static_cast<size_t>(cell.id) + 1), {-1, {}, 0});
-      cells[static_cast<size_t>(cell.id)] = cell;
+      cells.grow_to(cell.id);
+      cells[cell.id] = cell;
     }
     for (const auto& update : delta.cells_updated) {
-      cells[static_cast<size_t>(update.id)].constraints = update.constraints;
+      cells[update.id].constraints = update.constraints;
     }
   }
   const CarverStatistics s = carver.statistics();
   EXPECT_EQ(s.cells, GetParam().cells);
   EXPECT_EQ(s.carved_cells, GetParam().carved);
-  EXPECT_EQ(s.ray_cell_pairs, GetParam().pairs);
+  EXPECT_EQ(s.constraint_cell_pairs, GetParam().pairs);
   int64_t received = 0, carved = 0, pairs = 0;
   for (const CarvingCell& cell : cells) {
-    received += cell.id >= 0;
-    carved += cell.id >= 0 && cell.carved();
-    pairs += cell.id >= 0 ? cell.constraints : 0;
+    received += cell.id.is_valid();
+    carved += cell.id.is_valid() && cell.carved();
+    pairs += cell.id.is_valid() ? cell.constraints : 0;
   }
   EXPECT_EQ(received, s.cells);
   EXPECT_EQ(carved, s.carved_cells);
-  EXPECT_EQ(pairs, s.ray_cell_pairs);
+  EXPECT_EQ(pairs, s.constraint_cell_pairs);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sequences, Recorded,

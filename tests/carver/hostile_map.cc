@@ -12,10 +12,10 @@ namespace {
 
 // Of the map as often as not.
 template <class Map>
-int32_t any_id(const Map& map, std::mt19937& random) {
+typename Map::key_type any_id(const Map& map, std::mt19937& random) {
   using Limits = std::numeric_limits<int32_t>;
   constexpr std::array kOdd{-1, -8, Limits::min(), Limits::max(), 7777, 1 << 24};
-  if (map.empty() || below(random, 2) == 0) return one_of(kOdd, random);
+  if (map.empty() || below(random, 2) == 0) return typename Map::key_type(one_of(kOdd, random));
   return std::next(map.begin(), below(random, static_cast<int>(map.size())))->first;
 }
 
@@ -43,7 +43,7 @@ Eigen::Vector3d odd_place(const MapModel& model, std::mt19937& random) {
 using Writer = void (*)(const MapModel& model, std::mt19937& random, MapDelta& delta);
 
 void add_point(const MapModel& model, std::mt19937& random, MapDelta& delta) {
-  const int32_t id = any_id(model.points, random);
+  const PointId id = any_id(model.points, random);
   delta.points_set.push_back({id, odd_place(model, random).cast<float>()});
 }
 
@@ -56,12 +56,12 @@ void add_camera(const MapModel& model, std::mt19937& random, MapDelta& delta) {
 }
 
 void add_observation(const MapModel& model, std::mt19937& random, MapDelta& delta) {
-  const int32_t keyframe = any_id(model.cameras, random);
+  const KeyframeId keyframe = any_id(model.cameras, random);
   delta.observations_added.push_back({keyframe, any_id(model.points, random)});
 }
 
 void lose_observation(const MapModel& model, std::mt19937& random, MapDelta& delta) {
-  const int32_t keyframe = any_id(model.cameras, random);
+  const KeyframeId keyframe = any_id(model.cameras, random);
   delta.observations_removed.push_back({keyframe, any_id(model.points, random)});
 }
 

@@ -22,26 +22,30 @@ bool is_sane(const Eigen::Vector3d& position) {
 
 }  // namespace
 
-MapKeyframe keyframe_at(int32_t id, const Eigen::Vector3d& centre) {
+MapKeyframe keyframe_at(KeyframeId id, const Eigen::Vector3d& centre) {
   return {id, {Eigen::Quaterniond::Identity(), centre}};
+}
+
+MapKeyframe keyframe_at(int32_t id, const Eigen::Vector3d& centre) {
+  return keyframe_at(KeyframeId(id), centre);
 }
 
 void MapModel::apply(const MapDelta& delta) {
   for (const auto& seen : delta.observations_removed) observations.erase(seen);
-  for (const int32_t id : delta.points_removed) {
+  for (const PointId id : delta.points_removed) {
     points.erase(id);
     std::erase_if(observations, [&](const auto& seen) { return seen.point_id == id; });
   }
-  for (const int32_t id : delta.keyframes_removed) {
+  for (const KeyframeId id : delta.keyframes_removed) {
     cameras.erase(id);
     std::erase_if(observations, [&](const auto& seen) { return seen.keyframe_id == id; });
   }
   for (const auto& keyframe : delta.keyframes_set) {
     const Eigen::Vector3d& centre = keyframe.map_from_cam.translation();
-    if (keyframe.id >= 0 && is_sane(centre)) cameras[keyframe.id] = centre;
+    if (keyframe.id.is_valid() && is_sane(centre)) cameras[keyframe.id] = centre;
   }
   for (const auto& point : delta.points_set) {
-    if (point.id < 0 || !is_sane(point.position_in_map.cast<double>())) continue;
+    if (!point.id.is_valid() || !is_sane(point.position_in_map.cast<double>())) continue;
     points[point.id] = point.position_in_map;
   }
   for (const auto& seen : delta.observations_added) {
@@ -70,7 +74,8 @@ int MapGenerator::below(int bound) { return carver_test::below(random_, bound); 
 void MapGenerator::start_over() {
   model_ = {};
   last_ = {};
-  next_point_ = next_keyframe_ = 0;
+  next_point_ = PointId(0);
+  next_keyframe_ = KeyframeId(0);
 }
 
 Eigen::Vector3d MapGenerator::place(Placed what) {
@@ -79,27 +84,30 @@ Eigen::Vector3d MapGenerator::place(Placed what) {
 }
 
 template <class Map>
-int32_t MapGenerator::pick(const Map& map) {
+typename Map::key_type MapGenerator::pick(const Map& map) {
   return std::next(map.begin(), below(static_cast<int>(map.size())))->first;
 }
 
 void MapGenerator::add_keyframe(MapDelta& delta) {
-  delta.keyframes_set.push_back(keyframe_at(next_keyframe_++, place(Placed::kCamera)));
+  delta.keyframes_set.push_back(keyframe_at(next_keyframe_, place(Placed::kCamera)));
+  next_keyframe_ = next_keyframe_.next();
 }
 
 void MapGenerator::add_points(MapDelta& delta, int count) {
   for (int n = 0; n < count; ++n) {
     Eigen::Vector3f position = place(Placed::kPoint).cast<float>();
     if (!model_.points.empty() && below(10) == 0) position = model_.points[pick(model_.points)];
-    delta.points_set.push_back({next_point_++, position});
+    delta.points_set.push_back({next_point_, position});
+    next_point_ = next_point_.next();
   }
 }
 
 void MapGenerator::add_observations(MapDelta& delta, int count) {
-  if (next_point_ == 0 || next_keyframe_ == 0) return;
+  if (next_point_ == PointId(0) || next_keyframe_ == KeyframeId(0)) return;
   if (model_.observations.size() > kManyObservations) return;
   for (int n = 0; n < count; ++n) {
-    delta.observations_added.push_back({below(next_keyframe_), below(next_point_)});
+    const KeyframeId keyframe(below(next_keyframe_.value()));
+    delta.observations_added.push_back({keyframe, PointId(below(next_point_.value()))});
   }
 }
 
@@ -118,12 +126,12 @@ void MapGenerator::remove_some(MapDelta& delta) {
 
 void MapGenerator::move_some(MapDelta& delta) {
   for (int n = below(6); n > 0 && !model_.points.empty(); --n) {
-    const int32_t id = pick(model_.points);
+    const PointId id = pick(model_.points);
     if (std::count(delta.points_removed.begin(), delta.points_removed.end(), id) > 0) continue;
     delta.points_set.push_back({id, place(Placed::kPoint).cast<float>()});
   }
   if (!model_.cameras.empty() && below(2) == 0) {
-    const int32_t id = pick(model_.cameras);
+    const KeyframeId id = pick(model_.cameras);
     const auto& gone = delta.keyframes_removed;
     if (std::count(gone.begin(), gone.end(), id) > 0) return;
     delta.keyframes_set.push_back(keyframe_at(id, place(Placed::kCamera)));
@@ -134,7 +142,7 @@ MapDelta MapGenerator::draw() {
   MapDelta delta;
   if (below(3) == 0) remove_some(delta);
   if (below(3) == 0) move_some(delta);
-  if (below(2) == 0 || next_keyframe_ == 0) add_keyframe(delta);
+  if (below(2) == 0 || next_keyframe_ == KeyframeId(0)) add_keyframe(delta);
   if (model_.points.size() < kFewPoints) add_points(delta, below(8));
   add_observations(delta, 2 + below(8));
   return delta;

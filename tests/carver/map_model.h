@@ -13,8 +13,8 @@
 namespace foresight::carver_test {
 
 struct MapModel {
-  std::map<int32_t, Eigen::Vector3d> cameras;
-  std::map<int32_t, Eigen::Vector3f> points;
+  std::map<KeyframeId, Eigen::Vector3d> cameras;
+  std::map<PointId, Eigen::Vector3f> points;
   std::set<MapObservation> observations;
 
   /// Ignores what is unknown, repeated or absurd, as the carver must.
@@ -62,7 +62,7 @@ class MapGenerator {
   void remove_some(MapDelta& delta);
   void move_some(MapDelta& delta);
   template <class Map>
-  int32_t pick(const Map& map);
+  typename Map::key_type pick(const Map& map);
 
   Layout layout_;
   double scale_;
@@ -70,9 +70,11 @@ class MapGenerator {
   std::mt19937 random_;
   MapModel model_;
   MapDelta last_;
-  int32_t next_point_ = 0, next_keyframe_ = 0;
+  PointId next_point_{0};
+  KeyframeId next_keyframe_{0};
 };
 
+MapKeyframe keyframe_at(KeyframeId id, const Eigen::Vector3d& centre);
 MapKeyframe keyframe_at(int32_t id, const Eigen::Vector3d& centre);
 
 }  // namespace foresight::carver_test

@@ -18,16 +18,18 @@ class GrowingMap {
   MapDelta first() {
     MapDelta delta = next();
     for (int32_t id = 0; id < kPoints; ++id) {
-      delta.points_set.push_back({id, Eigen::Vector3f(real(), real(), real())});
+      delta.points_set.push_back({PointId(id), Eigen::Vector3f(real(), real(), real())});
     }
     return delta;
   }
   MapDelta next() {
     MapDelta delta;
-    const int32_t keyframe = keyframes_++;
+    const KeyframeId keyframe(keyframes_++);
     delta.keyframes_set.push_back(
         keyframe_at(keyframe, 0.3 * Eigen::Vector3d(real(), real(), real())));
-    for (int32_t id = 0; id < kPoints; ++id) delta.observations_added.push_back({keyframe, id});
+    for (int32_t id = 0; id < kPoints; ++id) {
+      delta.observations_added.push_back({keyframe, PointId(id)});
+    }
     return delta;
   }
   int keyframes() const { return keyframes_; }
@@ -102,12 +104,13 @@ TEST(MemoryLimit, WhatWasThinnedCanStillBeRemoved) {
   while (map.keyframes() < 30) carver.apply(map.next());
   ASSERT_GT(carver.statistics().thinned_constraints, 0);
   MapDelta removal;
-  removal.observations_removed.push_back({0, 0});
-  removal.points_removed.push_back(1);
+  removal.observations_removed.push_back({KeyframeId(0), PointId(0)});
+  removal.points_removed.emplace_back(1);
   for (int32_t keyframe = 1; keyframe < 25; ++keyframe) {
-    removal.keyframes_removed.push_back(keyframe);
+    removal.keyframes_removed.emplace_back(keyframe);
   }
-  removal.observations_removed.push_back({1000, 0});  // this keyframe was never known
+  removal.observations_removed.push_back(
+      {KeyframeId(1000), PointId(0)});  // this keyframe was never known
   carver.apply(removal);
   EXPECT_EQ(carver.statistics().ignored_inputs, 1);
   EXPECT_EQ(carver.validate(), "");

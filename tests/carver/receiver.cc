@@ -8,12 +8,12 @@
 namespace foresight::carver_test {
 
 std::string Receiver::apply(const CarvingDelta& delta) {
-  std::set<int32_t> replaced;
-  for (const int32_t id : delta.cells_removed) {
-    if (cells_.erase(id) == 0) return "removes the unknown cell " + std::to_string(id);
+  std::set<VertexId> replaced;
+  for (const CellId id : delta.cells_removed) {
+    if (cells_.erase(id) == 0) return "removes the unknown cell " + std::to_string(id.value());
   }
-  for (const int32_t id : delta.vertices_removed) {
-    if (vertices_.erase(id) == 0) return "removes the unknown vertex " + std::to_string(id);
+  for (const VertexId id : delta.vertices_removed) {
+    if (vertices_.erase(id) == 0) return "removes the unknown vertex " + std::to_string(id.value());
     evidence_.erase(id);
   }
   for (const CarvingVertex& vertex : delta.vertices_set) {
@@ -22,14 +22,14 @@ std::string Receiver::apply(const CarvingDelta& delta) {
     evidence_[vertex.id] = vertex.evidence;
   }
   for (const auto& [id, cell] : cells_) {
-    for (const int32_t vertex : cell.vertices) {
+    for (const VertexId vertex : cell.vertices) {
       if (replaced.contains(vertex)) return "keeps a cell of a vertex that is set anew";
     }
   }
   for (const CarvingCell& cell : delta.cells_added) {
     if (!cells_.emplace(cell.id, cell).second) return "adds a cell that is there";
   }
-  std::set<int32_t> updated;
+  std::set<CellId> updated;
   for (const CarvingCellUpdate& update : delta.cells_updated) {
     const auto at = cells_.find(update.id);
     if (at == cells_.end()) return "updates an unknown cell";
@@ -45,7 +45,7 @@ std::string Receiver::apply(const CarvingDelta& delta) {
 }
 
 std::string Receiver::update_vertices(const std::vector<CarvingVertexUpdate>& updates) {
-  std::set<int32_t> updated;
+  std::set<VertexId> updated;
   for (const CarvingVertexUpdate& update : updates) {
     const auto at = evidence_.find(update.id);
     if (at == evidence_.end()) return "updates an unknown vertex";
@@ -57,16 +57,16 @@ std::string Receiver::update_vertices(const std::vector<CarvingVertexUpdate>& up
 }
 
 std::string Receiver::check() const {
-  std::map<std::array<int32_t, 3>, int> facets;
+  std::map<std::array<VertexId, 3>, int> facets;
   for (const auto& [id, cell] : cells_) {
     std::array<CGAL::Exact_predicates_inexact_constructions_kernel::Point_3, 4> corner;
     for (size_t i = 0; i < 4; ++i) {
       const auto at = vertices_.find(cell.vertices[i]);
       if (at == vertices_.end()) return "a cell has an unknown vertex";
       corner[i] = {at->second.x(), at->second.y(), at->second.z()};
-      std::array<int32_t, 3> facet{};
+      std::array<VertexId, 3> facet{};
       std::copy_if(cell.vertices.begin(), cell.vertices.end(), facet.begin(),
-                   [&](int32_t vertex) { return vertex != cell.vertices[i]; });
+                   [&](VertexId vertex) { return vertex != cell.vertices[i]; });
       std::sort(facet.begin(), facet.end());
       ++facets[facet];
     }
@@ -77,7 +77,7 @@ std::string Receiver::check() const {
   int border = 0;
   for (const auto& [facet, count] : facets) {
     if (count > 2) return "a facet has more than two cells";
-    if (count == 1 && facet[2] >= 0) return "a facet inside the hull has one cell";
+    if (count == 1 && facet[2].is_point()) return "a facet inside the hull has one cell";
     border += count == 1;
   }
   return cells_.empty() || border == 12 ? "" : "the cells do not tile the hull";
@@ -91,14 +91,14 @@ std::string to_text(const CellFacts& facts) {
 }
 
 std::string differences(const Carving& actual, const Carving& expected) {
-  std::map<std::array<int32_t, 4>, std::array<CellFacts, 2>> counts;
+  std::map<std::array<VertexId, 4>, std::array<CellFacts, 2>> counts;
   for (const auto& [key, facts] : actual) counts[key][0] = facts;
   for (const auto& [key, facts] : expected) counts[key][1] = facts;
   std::string text;
   for (const auto& [key, pair] : counts) {
     if (pair[0] == pair[1]) continue;
     text += "(";
-    for (const int32_t vertex : key) text += std::to_string(vertex) + " ";
+    for (const VertexId vertex : key) text += std::to_string(vertex.value()) + " ";
     text += ") " + to_text(pair[0]) + " not " + to_text(pair[1]) + "; ";
   }
   return text;
@@ -107,7 +107,7 @@ std::string differences(const Carving& actual, const Carving& expected) {
 Carving Receiver::carving() const {
   Carving carving;
   for (const auto& [id, cell] : cells_) {
-    std::array<int32_t, 4> key = cell.vertices;
+    std::array<VertexId, 4> key = cell.vertices;
     std::sort(key.begin(), key.end());
     CellFacts facts{cell.constraints, cell.votes};
     for (size_t i = 0; i < 4; ++i) {

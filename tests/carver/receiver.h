@@ -16,7 +16,7 @@ struct CellFacts {
   bool operator==(const CellFacts&) const = default;
 };
 /// By vertex ids in ascending order.
-using Carving = std::map<std::array<int32_t, 4>, CellFacts>;
+using Carving = std::map<std::array<VertexId, 4>, CellFacts>;
 
 /// Empty if equal, else the cells that differ: "(a b c d) 3 not 5; …" (−1 = no such cell), votes
 /// behind.
@@ -27,17 +27,17 @@ class Receiver {
   /// Returns the first breach of the contract in carving_delta.h, or "".
   std::string apply(const CarvingDelta& delta);
   Carving carving() const;
-  const std::map<int32_t, Eigen::Vector3f>& vertices() const { return vertices_; }
-  const std::map<int32_t, VertexEvidence>& evidence() const { return evidence_; }
-  const std::map<int32_t, CarvingCell>& cells() const { return cells_; }
+  const std::map<VertexId, Eigen::Vector3f>& vertices() const { return vertices_; }
+  const std::map<VertexId, VertexEvidence>& evidence() const { return evidence_; }
+  const std::map<CellId, CarvingCell>& cells() const { return cells_; }
 
  private:
   std::string update_vertices(const std::vector<CarvingVertexUpdate>& updates);
   std::string check() const;
 
-  std::map<int32_t, Eigen::Vector3f> vertices_;
-  std::map<int32_t, VertexEvidence> evidence_;
-  std::map<int32_t, CarvingCell> cells_;
+  std::map<VertexId, Eigen::Vector3f> vertices_;
+  std::map<VertexId, VertexEvidence> evidence_;
+  std::map<CellId, CarvingCell> cells_;
 };
 
 }  // namespace foresight::carver_test

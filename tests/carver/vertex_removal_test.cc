@@ -53,13 +53,13 @@ Sites sphere(int count) {
   return sites;
 }
 
-using Cells = std::set<std::array<int32_t, 4>>;
+using Cells = std::set<std::array<VertexIndex, 4>>;
 
 Cells cells_of(const Triangulation& triangulation) {
   Cells cells;
   for (const auto cell : triangulation.finite_cell_handles()) {
-    std::array<int32_t, 4> corners{};
-    for (int i = 0; i < 4; ++i) corners[static_cast<size_t>(i)] = cell->vertex(i)->info();
+    std::array<VertexIndex, 4> corners{};
+    for (int i = 0; i < 4; ++i) corners[i] = cell->vertex(i)->info();
     std::sort(corners.begin(), corners.end());
     cells.insert(corners);
   }
@@ -73,7 +73,7 @@ struct Numbered {
   explicit Numbered(const Sites& sites, const std::set<size_t>& without = {}) {
     for (size_t n = 0; n < sites.size(); ++n) {
       vertices.push_back(without.contains(n) ? VertexHandle() : triangulation.insert(sites[n]));
-      if (!without.contains(n)) vertices.back()->info() = static_cast<int32_t>(n);
+      if (!without.contains(n)) vertices.back()->info() = VertexIndex::at(n);
     }
   }
 };

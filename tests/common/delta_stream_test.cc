@@ -21,8 +21,9 @@ class Sender : public Process {
     if (epoch != epoch_) state_ = {};
     epoch_ = epoch;
     MapDelta delta;
-    for (int32_t i = 0; i < points; ++i)
-      delta.points_set.push_back({next_id_++, Eigen::Vector3f::Zero()});
+    for (int32_t i = 0; i < points; ++i) {
+      delta.points_set.push_back({PointId(next_id_++), Eigen::Vector3f::Zero()});
+    }
     state_.points_set.insert(state_.points_set.end(), delta.points_set.begin(),
                              delta.points_set.end());
     sender_.send_delta(Time{1}, epoch, delta);
@@ -40,7 +41,7 @@ class Sender : public Process {
 
 std::vector<int32_t> ids(const MapDelta& delta) {
   std::vector<int32_t> ids;
-  for (const MapPoint& p : delta.points_set) ids.push_back(p.id);
+  for (const MapPoint& p : delta.points_set) ids.push_back(p.id.value());
   return ids;
 }
 

@@ -4,24 +4,13 @@
 
 #include <unordered_set>
 
+#include "tests/common/id_concepts.h"
+
 namespace foresight {
 namespace {
 
 using RedId = Id<struct RedTag>;
 using BlueId = Id<struct BlueTag>;
-
-template <class Vector, class Index>
-concept IndexedBy = requires(Vector v, Index i) {
-  v[i];
-};
-template <class A, class B>
-concept ComparableWith = requires(A a, B b) {
-  a == b;
-};
-template <class A, class B>
-concept AddableTo = requires(A a, B b) {
-  a + b;
-};
 
 // What must not compile.
 static_assert(IndexedBy<IdVector<RedId, int>, RedId>);

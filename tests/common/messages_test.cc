@@ -6,6 +6,7 @@
 #include <random>
 
 #include "common/robot_messages.h"
+#include "tests/common/plain_ids.h"
 
 namespace foresight {
 namespace {
@@ -15,16 +16,17 @@ MapDelta random_map_delta(int size, uint32_t seed) {
   std::normal_distribution<double> normal;
   MapDelta delta;
   for (int i = 0; i < size; ++i) {
-    delta.observations_removed.push_back({i, 2 * i});
-    delta.points_removed.push_back(3 * i);
-    delta.keyframes_removed.push_back(5 * i);
+    delta.observations_removed.push_back({KeyframeId(i), PointId(2 * i)});
+    delta.points_removed.emplace_back(3 * i);
+    delta.keyframes_removed.emplace_back(5 * i);
     delta.keyframes_set.push_back(
-        {i,
+        {KeyframeId(i),
          {Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)),
           Eigen::Vector3d(normal(random), normal(random), normal(random))},
          {1000 + i}});
-    delta.points_set.push_back({i, Eigen::Vector3f::Random(), 0.01f * static_cast<float>(i)});
-    delta.observations_added.push_back({i, 7 * i});
+    delta.points_set.push_back(
+        {PointId(i), Eigen::Vector3f::Random(), 0.01f * static_cast<float>(i)});
+    delta.observations_added.push_back({KeyframeId(i), PointId(7 * i)});
   }
   return delta;
 }
@@ -32,13 +34,14 @@ MapDelta random_map_delta(int size, uint32_t seed) {
 CarvingDelta random_carving_delta(int size) {
   CarvingDelta delta;
   for (int i = 0; i < size; ++i) {
-    delta.cells_removed.push_back(i);
-    delta.vertices_removed.push_back(-i);
+    delta.cells_removed.emplace_back(i);
+    delta.vertices_removed.emplace_back(-i);
     delta.vertices_set.push_back(
-        {i - 8, Eigen::Vector3f::Random(), {i, 0.01f * static_cast<float>(i % 300)}});
-    delta.vertices_updated.push_back({i, {2 * i, 0.02f * static_cast<float>(i % 100)}});
-    delta.cells_added.push_back({i, {-8, i, i + 1, i + 2}, i % 3, {{i, 1, 2, 3}, i % 5, i % 7}});
-    delta.cells_updated.push_back({i, 2 * i, {{3, 2, 1, i}, i % 11, i % 13}});
+        {VertexId(i - 8), Eigen::Vector3f::Random(), {i, 0.01f * static_cast<float>(i % 300)}});
+    delta.vertices_updated.push_back({VertexId(i), {2 * i, 0.02f * static_cast<float>(i % 100)}});
+    delta.cells_added.push_back(carving_cell(i, {-8, i, i + 1, i + 2}, i % 3));
+    delta.cells_added.back().votes = {{i, 1, 2, 3}, i % 5, i % 7};
+    delta.cells_updated.push_back({CellId(i), 2 * i, {{3, 2, 1, i}, i % 11, i % 13}});
   }
   return delta;
 }
@@ -237,7 +240,7 @@ TEST(Messages, AnAlignmentThatCannotBeIsRefused) {
 TEST(Messages, MeshSurvives) {
   Mesh mesh;
   mesh.vertices_in_map = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  mesh.vertex_ids = {4, -1, 7, 4};
+  mesh.vertex_ids = ids<VertexId>({4, -1, 7, 4});
   mesh.confidences = {0.5f, 0, 1, 0.25f};
   mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
   const auto read = from_message(to_message(mesh));
@@ -251,7 +254,7 @@ TEST(Messages, MeshSurvives) {
 TEST(Messages, AMeshWithIndicesOutOfRangeIsRefused) {
   Mesh mesh;
   mesh.vertices_in_map = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  mesh.vertex_ids = {1, 2, 3};
+  mesh.vertex_ids = ids<VertexId>({1, 2, 3});
   mesh.confidences = {1, 1, 1};
   mesh.triangles = {{0, 2, 1}};
   for (const int32_t index : {-1, 3, 1'000'000}) {

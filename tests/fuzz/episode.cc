@@ -274,8 +274,9 @@ std::string Episode::check_references(const Mesh& mesh) const {
     return "has not the carver's vertices";
   }
   for (const auto& [id, cell] : receiver_.cells()) {
-    if (id >= complex.cell_limit() || !complex.exists(id)) return "misses a cell";
-    if (complex.constraints(id) != cell.constraints || complex.votes(id) != cell.votes) {
+    const int32_t i = id.value();
+    if (i >= complex.cell_limit() || !complex.exists(i)) return "misses a cell";
+    if (complex.constraints(i) != cell.constraints || complex.votes(i) != cell.votes) {
       return "has other votes than the carver";
     }
   }

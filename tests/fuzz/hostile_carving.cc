@@ -27,7 +27,7 @@ struct Target {
   const Receiver& before;
   std::mt19937& random;
   std::vector<CarvingCell> survivors;  // cells that the delta does not remove
-  int32_t free_id = 0;                 // of a cell
+  CellId free_id{0};
 
   const CarvingCell& survivor() const {
     return survivors[static_cast<size_t>(below(random, static_cast<int>(survivors.size())))];
@@ -40,13 +40,19 @@ void insert_anywhere(Entries& entries, const Entry& entry, std::mt19937& random)
   entries.insert(entries.begin() + at, entry);
 }
 
-int32_t unknown_cell(const Target& t) {
-  const std::array odd{-1, kLeast, kMost, t.free_id, t.free_id + 100'000};
-  return one_of(odd, t.random);
+CellId unknown_cell(const Target& t) {
+  const int32_t free = t.free_id.value();
+  const std::array odd{-1, kLeast, kMost, free, free + 100'000};
+  return CellId(one_of(odd, t.random));
 }
 
 // Of neither map nor delta: ids of map points are small, or one of a few odd ones.
-constexpr int32_t kUnknownVertex = 123'456'789;
+constexpr VertexId kUnknownVertex(123'456'789);
+
+// Three corners of the hull, and another vertex.
+std::array<VertexId, 4> corners(int32_t a, int32_t b, int32_t c, VertexId d) {
+  return {VertexId::hull_corner(a), VertexId::hull_corner(b), VertexId::hull_corner(c), d};
+}
 
 // Each returns false where it has nothing to work on.
 using Writer = bool (*)(Target& t);
@@ -60,7 +66,7 @@ bool remove_cell_twice(Target& t) {
   auto& removed = t.delta.cells_removed;
   if (removed.empty()) return false;
   const int at = below(t.random, static_cast<int>(removed.size()));
-  insert_anywhere(removed, int32_t{removed[static_cast<size_t>(at)]}, t.random);
+  insert_anywhere(removed, CellId(removed[static_cast<size_t>(at)]), t.random);
   return true;
 }
 
@@ -89,13 +95,14 @@ bool set_bad_position(Target& t) {
 
 bool set_vertex_below_the_corners(Target& t) {
   const std::array low{-9, -1000, kLeast};
-  insert_anywhere(t.delta.vertices_set, CarvingVertex{one_of(low, t.random), {1, 2, 3}}, t.random);
+  const VertexId id(one_of(low, t.random));
+  insert_anywhere(t.delta.vertices_set, CarvingVertex{id, {1, 2, 3}}, t.random);
   return true;
 }
 
 bool move_used_vertex(Target& t) {
   if (t.survivors.empty()) return false;
-  const int32_t id = one_of(t.survivor().vertices, t.random);
+  const VertexId id = one_of(t.survivor().vertices, t.random);
   Eigen::Vector3f p = t.before.vertices().at(id);
   p.y() = std::nextafter(p.y(), std::numeric_limits<float>::max());
   insert_anywhere(t.delta.vertices_set, CarvingVertex{id, p}, t.random);
@@ -112,16 +119,16 @@ bool add_existing_cell(Target& t) {
 
 bool add_cell_of_bad_id(Target& t) {
   const std::array bad{-1, kLeast, kMost, kMost / 4};
-  CarvingCell cell{one_of(bad, t.random), {-1, -2, -3, -5}};
+  CarvingCell cell{CellId(one_of(bad, t.random)), corners(0, 1, 2, VertexId::hull_corner(4))};
   insert_anywhere(t.delta.cells_added, cell, t.random);
   return true;
 }
 
 bool add_cell_of_bad_vertices(Target& t) {
-  CarvingCell cell{t.free_id, {-1, -2, -3, kUnknownVertex}};
+  CarvingCell cell{t.free_id, corners(0, 1, 2, kUnknownVertex)};
   if (!t.survivors.empty()) cell.vertices = t.survivor().vertices;
   const auto at = static_cast<size_t>(below(t.random, 4));
-  const int32_t repeated = cell.vertices[(at + 1) % 4];
+  const VertexId repeated = cell.vertices[(at + 1) % 4];
   cell.vertices[at] = below(t.random, 2) == 0 ? kUnknownVertex : repeated;
   insert_anywhere(t.delta.cells_added, cell, t.random);
   return true;
@@ -134,13 +141,13 @@ bool update_unknown_cell(Target& t) {
 
 bool update_to_impossible_votes(Target& t) {
   if (t.survivors.empty()) return false;
-  const std::array<CarvingCellUpdate, 7> bad{{{0, -1, {}},
-                                              {0, kLeast, {}},
-                                              {0, CellComplex::kMaxVotes + 1, {}},
-                                              {0, 3, {{1, 1, 1, 1}, 0, 0}},
-                                              {0, 0, {{0, 0, 0, 0}, 1, 0}},
-                                              {0, 9, {{kMost, kMost, 2, 0}, 0, 0}},
-                                              {0, 9, {{0, -1, 0, 0}, 0, -1}}}};
+  const std::array<CarvingCellUpdate, 7> bad{{{{}, -1, {}},
+                                              {{}, kLeast, {}},
+                                              {{}, CellComplex::kMaxVotes + 1, {}},
+                                              {{}, 3, {{1, 1, 1, 1}, 0, 0}},
+                                              {{}, 0, {{0, 0, 0, 0}, 1, 0}},
+                                              {{}, 9, {{kMost, kMost, 2, 0}, 0, 0}},
+                                              {{}, 9, {{0, -1, 0, 0}, 0, -1}}}};
   CarvingCellUpdate update = one_of(bad, t.random);
   update.id = t.survivor().id;
   insert_anywhere(t.delta.cells_updated, update, t.random);
@@ -149,8 +156,12 @@ bool update_to_impossible_votes(Target& t) {
 
 bool update_to_bad_evidence(Target& t) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  const std::array<CarvingVertexUpdate, 5> bad{
-      {{kUnknownVertex, {1, 0}}, {-1, {-1, 0}}, {-1, {2, nan}}, {-1, {2, -0.1F}}, {-1, {2, 3.2F}}}};
+  const VertexId corner = VertexId::hull_corner(0);
+  const std::array<CarvingVertexUpdate, 5> bad{{{kUnknownVertex, {1, 0}},
+                                                {corner, {-1, 0}},
+                                                {corner, {2, nan}},
+                                                {corner, {2, -0.1F}},
+                                                {corner, {2, 3.2F}}}};
   insert_anywhere(t.delta.vertices_updated, one_of(bad, t.random), t.random);
   return true;
 }
@@ -202,14 +213,14 @@ CarvingDelta made_impossible(CarvingDelta delta, const Receiver& before, std::mt
       move_used_vertex,         add_existing_cell,   add_cell_of_bad_id,
       add_cell_of_bad_vertices, update_unknown_cell, update_to_impossible_votes,
       add_impossible_votes,     lose_new_vertex,     update_to_bad_evidence};
-  Target target{delta, before, random, {}, 0};
-  const std::set<int32_t> removed(delta.cells_removed.begin(), delta.cells_removed.end());
+  Target target{delta, before, random, {}, CellId(0)};
+  const std::set<CellId> removed(delta.cells_removed.begin(), delta.cells_removed.end());
   for (const auto& [id, cell] : before.cells()) {
     if (!removed.contains(id)) target.survivors.push_back(cell);
-    target.free_id = std::max(target.free_id, id + 1);
+    target.free_id = std::max(target.free_id, id.next());
   }
   for (const CarvingCell& cell : delta.cells_added) {
-    target.free_id = std::max(target.free_id, cell.id + 1);
+    target.free_id = std::max(target.free_id, cell.id.next());
   }
   while (!one_of(kWriters, random)(target)) {
   }
@@ -220,20 +231,26 @@ CarvingDelta corrupted(CarvingDelta delta, std::mt19937& random) {
   const auto flip = [&](int32_t& number) {
     number = static_cast<int32_t>(static_cast<uint32_t>(number) ^ 1u << below(random, 32));
   };
+  const auto flip_id = [&]<class IdType>(IdType& id) {
+    int32_t value = id.value();
+    flip(value);
+    id = IdType(value);
+  };
   const auto flip_votes = [&](CellVotes& votes) {
     const int n = below(random, 6);
     flip(n < 4 ? votes.entered[static_cast<size_t>(n)] : n == 4 ? votes.started : votes.ended);
   };
-  corrupt(delta.cells_removed, random, flip);
-  corrupt(delta.vertices_removed, random, flip);
-  corrupt(delta.vertices_set, random, [&](CarvingVertex& v) { flip(v.id); });
+  corrupt(delta.cells_removed, random, flip_id);
+  corrupt(delta.vertices_removed, random, flip_id);
+  corrupt(delta.vertices_set, random, [&](CarvingVertex& v) { flip_id(v.id); });
   corrupt(delta.vertices_set, random, [&](CarvingVertex& v) { v.position_in_map *= 1.5F; });
-  corrupt(delta.cells_added, random, [&](CarvingCell& c) { flip(c.id); });
-  corrupt(delta.cells_added, random, [&](CarvingCell& c) { c.vertices[0] ^= 1; });
+  corrupt(delta.cells_added, random, [&](CarvingCell& c) { flip_id(c.id); });
+  corrupt(delta.cells_added, random,
+          [&](CarvingCell& c) { c.vertices[0] = VertexId(c.vertices[0].value() ^ 1); });
   corrupt(delta.cells_added, random, [&](CarvingCell& c) { flip_votes(c.votes); });
   corrupt(delta.cells_updated, random, [&](CarvingCellUpdate& u) { flip(u.constraints); });
   corrupt(delta.cells_updated, random, [&](CarvingCellUpdate& u) { flip_votes(u.votes); });
-  corrupt(delta.vertices_updated, random, [&](CarvingVertexUpdate& u) { flip(u.id); });
+  corrupt(delta.vertices_updated, random, [&](CarvingVertexUpdate& u) { flip_id(u.id); });
   corrupt(delta.vertices_updated, random,
           [&](CarvingVertexUpdate& u) { flip(u.evidence.observations); });
   return delta;

@@ -29,7 +29,7 @@ void add_wall(float depth_mu, double from_px, double to_px, int32_t id, Mesh* me
     for (const double u : {from_px - 0.5, to_px - 0.5}) {
       const Eigen::Vector2d xy = camera.unproject({u, v});
       mesh->vertices_in_map.push_back(depth_mu * xy.homogeneous().cast<float>());
-      mesh->vertex_ids.push_back(id);
+      mesh->vertex_ids.emplace_back(id);
       mesh->confidences.push_back(0.5f);
     }
   }
@@ -136,7 +136,7 @@ TEST(MeshView, LooksThroughBacksAndGuesses) {
   for (const auto& t : turned.triangles) mesh.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
   mesh.vertices_in_map.insert(mesh.vertices_in_map.end(), turned.vertices_in_map.begin(),
                               turned.vertices_in_map.end());
-  mesh.vertex_ids.insert(mesh.vertex_ids.end(), 4, 7);
+  mesh.vertex_ids.insert(mesh.vertex_ids.end(), 4, VertexId(7));
   mesh.confidences.insert(mesh.confidences.end(), 4, 0.5f);
   const PixelRays rays(make_camera(), 8);
   const auto depth_in_the_middle = [&](MeshView::Show show) {

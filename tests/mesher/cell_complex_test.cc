@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "procs/mesher/confidence.h"
+#include "tests/common/plain_ids.h"
 #include "tests/mesher/delaunay_carving.h"
 #include "tests/mesher/mesher_checks.h"
 
@@ -40,8 +41,8 @@ void expect_valid(const CellComplex& complex) {
 
 CarvingDelta one_tetrahedron() {
   CarvingDelta delta;
-  delta.vertices_set = {{0, {0, 0, 0}}, {1, {1, 0, 0}}, {2, {0, 1, 0}}, {3, {0, 0, 1}}};
-  delta.cells_added = {{0, {0, 1, 2, 3}, 1}};
+  delta.vertices_set = vertices({{0, {0, 0, 0}}, {1, {1, 0, 0}}, {2, {0, 1, 0}}, {3, {0, 0, 1}}});
+  delta.cells_added = cells({{0, {0, 1, 2, 3}, 1}});
   return delta;
 }
 
@@ -128,22 +129,22 @@ std::vector<Hostile> hostile_deltas() {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
   const auto remove = [](int32_t id) {
-    return [id](CarvingDelta* d) { d->cells_removed.push_back(id); };
+    return [id](CarvingDelta* d) { d->cells_removed.emplace_back(id); };
   };
   const auto add = [](int32_t id, std::array<int32_t, 4> v, int32_t n = 0) {
-    return [=](CarvingDelta* d) { d->cells_added.push_back({id, v, n}); };
+    return [=](CarvingDelta* d) { d->cells_added.push_back(carving_cell(id, v, n)); };
   };
   const auto set = [](int32_t id, Eigen::Vector3f p) {
-    return [=](CarvingDelta* d) { d->vertices_set.push_back({id, p}); };
+    return [=](CarvingDelta* d) { d->vertices_set.push_back({VertexId(id), p}); };
   };
   const auto evidence = [](int32_t id, int32_t observations, float spread_rad) {
     return [=](CarvingDelta* d) {
-      d->vertices_updated.push_back({0, {3, 0.5f}});
-      d->vertices_updated.push_back({id, {observations, spread_rad}});
+      d->vertices_updated.push_back({VertexId(0), {3, 0.5f}});
+      d->vertices_updated.push_back({VertexId(id), {observations, spread_rad}});
     };
   };
   const auto update = [](int32_t id, int32_t n) {
-    return [=](CarvingDelta* d) { d->cells_updated.push_back({id, n}); };
+    return [=](CarvingDelta* d) { d->cells_updated.push_back({CellId(id), n}); };
   };
   return {
       {"remove unknown cell", kUnknownCell, remove(5000)},
@@ -151,10 +152,12 @@ std::vector<Hostile> hostile_deltas() {
       {"remove extreme cell", kUnknownCell, remove(kMin)},
       {"remove twice", kUnknownCell,
        [](CarvingDelta* d) {
-         d->cells_removed = {7, 7};
+         d->cells_removed = ids<CellId>({7, 7});
        }},
-      {"remove unknown vertex", kUnknownVertex, [](auto* d) { d->vertices_removed = {12345}; }},
-      {"remove used vertex", kVertexInUse, [](auto* d) { d->vertices_removed = {0}; }},
+      {"remove unknown vertex", kUnknownVertex,
+       [](auto* d) { d->vertices_removed = ids<VertexId>({12345}); }},
+      {"remove used vertex", kVertexInUse,
+       [](auto* d) { d->vertices_removed = ids<VertexId>({0}); }},
       {"set NaN", kBadPosition, set(900, {0, nan, 0})},
       {"set infinity", kBadPosition, set(900, {0, 0, inf})},
       {"set far below the corners", kVertexIdOutOfRange, set(kMin, {0, 0, 0})},
@@ -166,7 +169,7 @@ std::vector<Hostile> hostile_deltas() {
       {"spread beyond a half turn", kBadEvidence, evidence(1, 2, 3.2f)},
       {"new vertex with bad evidence", kBadEvidence,
        [nan](auto* d) {
-         d->vertices_set.push_back({900, {0, 0, 0}, {1, nan}});
+         d->vertices_set.push_back({VertexId(900), {0, 0, 0}, {1, nan}});
        }},
       {"add existing cell", kDuplicateCell, add(3, {-1, -2, -3, -4})},
       {"add negative id", kCellIdOutOfRange, add(-1, {-1, -2, -3, -4})},
@@ -229,7 +232,7 @@ TEST(CellComplex, RejectsHostileSnapshots) {
   }
   CarvingDelta doubled = good;
   doubled.cells_added.push_back(good.cells_added.front());
-  doubled.cells_added.back().id = 5000;
+  doubled.cells_added.back().id = CellId(5000);
   CellComplex complex;
   const ApplyResult result = complex.apply(doubled);
   EXPECT_TRUE(result == ApplyResult::kCrowdedFacet || result == ApplyResult::kOverlappingCells);
@@ -241,11 +244,13 @@ TEST(CellComplex, LearnsTheEvidenceOfVertices) {
   CarvingDelta delta = one_tetrahedron();
   delta.vertices_set[1].evidence = {3, 0.5f};
   ASSERT_EQ(complex.apply(delta), ApplyResult::kOk);
-  const auto evidence = [&](int32_t id) { return content(complex).begin()->second.evidence[id]; };
+  const auto evidence = [&](int32_t id) {
+    return content(complex).begin()->second.evidence[VertexId(id)];
+  };
   EXPECT_EQ(evidence(0), VertexEvidence{});
   EXPECT_EQ(evidence(1), (VertexEvidence{3, 0.5f}));
   CarvingDelta update;
-  update.vertices_updated = {{0, {2, 0.25f}}, {1, {4, 0.75f}}};
+  update.vertices_updated = {{VertexId(0), {2, 0.25f}}, {VertexId(1), {4, 0.75f}}};
   ASSERT_EQ(complex.apply(update), ApplyResult::kOk);
   EXPECT_EQ(evidence(0), (VertexEvidence{2, 0.25f}));
   EXPECT_EQ(evidence(1), (VertexEvidence{4, 0.75f}));
@@ -265,14 +270,14 @@ TEST(CellComplex, RejectsBadGeometry) {
   CellComplex complex;
   ASSERT_EQ(complex.apply(one_tetrahedron()), ApplyResult::kOk);
   CarvingDelta below;
-  below.vertices_set = {{4, {0.2f, 0.2f, -1}}, {5, {0.3f, 0.3f, -2}}};
-  below.cells_added = {{1, {0, 1, 2, 4}, 0}};
+  below.vertices_set = vertices({{4, {0.2f, 0.2f, -1}}, {5, {0.3f, 0.3f, -2}}});
+  below.cells_added = cells({{1, {0, 1, 2, 4}, 0}});
   EXPECT_EQ(complex.apply(below), ApplyResult::kInvertedCell);
-  below.cells_added = {{1, {0, 2, 1, 4}, 0}, {2, {0, 2, 1, 5}, 0}};
+  below.cells_added = cells({{1, {0, 2, 1, 4}, 0}, {2, {0, 2, 1, 5}, 0}});
   EXPECT_EQ(complex.apply(below), ApplyResult::kCrowdedFacet);
   CarvingDelta above;
-  above.vertices_set = {{4, {0.2f, 0.2f, 2}}};
-  above.cells_added = {{1, {0, 1, 2, 4}, 0}};
+  above.vertices_set = vertices({{4, {0.2f, 0.2f, 2}}});
+  above.cells_added = cells({{1, {0, 1, 2, 4}, 0}});
   EXPECT_EQ(complex.apply(above), ApplyResult::kOverlappingCells);
   expect_valid(complex);
   EXPECT_EQ(complex.cell_count(), 1);
@@ -303,10 +308,14 @@ TEST(CellComplex, SurvivesCorruptedDeltas) {
         if (!items.empty() && random() % 4 == 0) change(items[random() % items.size()]);
         if (!items.empty() && random() % 12 == 0) items.erase(items.begin());
       };
-      corrupt(delta.cells_removed, [&](int32_t& id) { id ^= 1 << random() % 32; });
-      corrupt(delta.vertices_set, [&](CarvingVertex& v) { v.id ^= 1 << random() % 32; });
-      corrupt(delta.cells_added, [&](CarvingCell& c) { c.vertices[random() % 4] ^= 1; });
-      corrupt(delta.cells_added, [&](CarvingCell& c) { c.id ^= 1 << random() % 32; });
+      const auto flip = [&]<class IdType>(IdType& id) {
+        id = IdType(id.value() ^ 1 << random() % 32);
+      };
+      const auto flip_lowest = [](VertexId& id) { id = VertexId(id.value() ^ 1); };
+      corrupt(delta.cells_removed, flip);
+      corrupt(delta.vertices_set, [&](CarvingVertex& v) { flip(v.id); });
+      corrupt(delta.cells_added, [&](CarvingCell& c) { flip_lowest(c.vertices[random() % 4]); });
+      corrupt(delta.cells_added, [&](CarvingCell& c) { flip(c.id); });
       const ComplexContent before = content(complex);
       const ApplyResult result = complex.apply(delta);
       expect_valid(complex);

@@ -1,6 +1,7 @@
 #include "tests/mesher/delaunay_carving.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace foresight {
 namespace {
@@ -15,12 +16,12 @@ uint64_t mix(uint64_t h) {
 
 void DelaunayCarving::add_hull_corners(float half_size) {
   for (int32_t i = 0; i < 8; ++i) {
-    set_point(-1 - i, half_size * Eigen::Vector3f(i & 1 ? 1.f : -1.f, i & 2 ? 1.f : -1.f,
-                                                  i & 4 ? 1.f : -1.f));
+    const Eigen::Vector3f corner(i & 1 ? 1.f : -1.f, i & 2 ? 1.f : -1.f, i & 4 ? 1.f : -1.f);
+    set_point(VertexId::hull_corner(i), half_size * corner);
   }
 }
 
-void DelaunayCarving::set_point(int32_t id, const Eigen::Vector3f& position) {
+void DelaunayCarving::set_point(VertexId id, const Eigen::Vector3f& position) {
   remove_point(id);
   const auto before = triangulation_.number_of_vertices();
   const auto vertex = triangulation_.insert(to_cgal(position));
@@ -30,7 +31,7 @@ void DelaunayCarving::set_point(int32_t id, const Eigen::Vector3f& position) {
   positions_[id] = position;
 }
 
-void DelaunayCarving::remove_point(int32_t id) {
+void DelaunayCarving::remove_point(VertexId id) {
   const auto found = vertices_.find(id);
   if (found == vertices_.end()) return;
   triangulation_.remove(found->second);
@@ -51,7 +52,7 @@ void DelaunayCarving::carve_at_random(double share, uint32_t seed) {
     Corners corners = describe(cell).corners;
     std::sort(corners.begin(), corners.end());
     uint64_t h = seed;
-    for (const int32_t v : corners) h = mix(h * 31 + static_cast<uint32_t>(v));
+    for (const VertexId v : corners) h = mix(h * 31 + static_cast<uint32_t>(v.value()));
     const bool carved = static_cast<double>(h >> 11) * 0x1p-53 < share;
     cell->info().constraints = carved ? 1 + static_cast<int32_t>(h % 3) : 0;
   }
@@ -111,9 +112,9 @@ CarvingDelta DelaunayCarving::take_delta() {
   return delta;
 }
 
-int32_t DelaunayCarving::take_id() {
-  if (free_ids_.empty()) return next_id_++;
-  const int32_t id = free_ids_.back();
+CellId DelaunayCarving::take_id() {
+  if (free_ids_.empty()) return std::exchange(next_id_, next_id_.next());
+  const CellId id = free_ids_.back();
   free_ids_.pop_back();
   return id;
 }
@@ -137,7 +138,7 @@ CarvingDelta DelaunayCarving::snapshot() const {
   for (const auto& cell : triangulation_.finite_cell_handles()) {
     const Sent sent = describe(cell);
     delta.cells_added.push_back(
-        {static_cast<int32_t>(delta.cells_added.size()), sent.corners, sent.constraints});
+        {CellId::at(delta.cells_added.size()), sent.corners, sent.constraints});
   }
   return delta;
 }

@@ -20,7 +20,7 @@ namespace foresight {
 class DelaunayCarving {
  public:
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-  using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<int32_t, Kernel>;
+  using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<VertexId, Kernel>;
   struct Count {
     int32_t constraints = 0;
   };
@@ -32,8 +32,10 @@ class DelaunayCarving {
   /// Vertices −1…−8 at (±half_size, ±half_size, ±half_size).
   void add_hull_corners(float half_size);
   /// Inserts, or moves, a point. Onto a position that is taken already: the point goes away.
-  void set_point(int32_t id, const Eigen::Vector3f& position);
-  void remove_point(int32_t id);
+  void set_point(VertexId id, const Eigen::Vector3f& position);
+  void remove_point(VertexId id);
+  void set_point(int32_t id, const Eigen::Vector3f& position) { set_point(VertexId(id), position); }
+  void remove_point(int32_t id) { remove_point(VertexId(id)); }
 
   /// Raises the count of every cell whose interior the segment crosses (bar the few that it meets
   /// in a degenerate way). Lost where the tetrahedralisation changes afterwards.
@@ -47,9 +49,9 @@ class DelaunayCarving {
   CarvingDelta snapshot() const;
 
  private:
-  using Corners = std::array<int32_t, 4>;
+  using Corners = std::array<VertexId, 4>;
   struct Sent {
-    int32_t id = 0;
+    CellId id;
     int32_t constraints = 0;
     Corners corners{};
     std::array<Eigen::Vector3f, 4> positions;
@@ -57,16 +59,16 @@ class DelaunayCarving {
   static Kernel::Point_3 to_cgal(const Eigen::Vector3f& p) { return {p.x(), p.y(), p.z()}; }
   Sent describe(Triangulation::Cell_handle cell) const;
   bool still_in_place(const Sent& cell) const;
-  int32_t take_id();
+  CellId take_id();
   void take_vertices(CarvingDelta* delta);
 
   Triangulation triangulation_;
-  std::map<int32_t, Triangulation::Vertex_handle> vertices_;
-  std::map<int32_t, Eigen::Vector3f> positions_;
-  std::map<int32_t, Eigen::Vector3f> sent_positions_;
+  std::map<VertexId, Triangulation::Vertex_handle> vertices_;
+  std::map<VertexId, Eigen::Vector3f> positions_;
+  std::map<VertexId, Eigen::Vector3f> sent_positions_;
   std::map<Corners, Sent> sent_cells_;  // by ascending corners
-  std::vector<int32_t> free_ids_;
-  int32_t next_id_ = 0;
+  std::vector<CellId> free_ids_;
+  CellId next_id_{0};
 };
 
 /// A lattice of n³ cubes, each cut into six tetrahedra, with constraint counts from `constraints`,
@@ -75,7 +77,7 @@ template <typename Constraints>
 CarvingDelta make_lattice(int32_t n, float spacing, Constraints&& constraints) {
   CarvingDelta delta;
   const auto vertex = [n](int32_t x, int32_t y, int32_t z) {
-    return (z * (n + 1) + y) * (n + 1) + x;
+    return VertexId((z * (n + 1) + y) * (n + 1) + x);
   };
   for (int32_t z = 0; z <= n; ++z) {
     for (int32_t y = 0; y <= n; ++y) {
@@ -93,7 +95,7 @@ CarvingDelta make_lattice(int32_t n, float spacing, Constraints&& constraints) {
     for (size_t o = 0; o < kOrders.size(); ++o) {
       std::array<int32_t, 3> at = {cube % n, cube / n % n, cube / n / n};
       CarvingCell cell;
-      cell.id = static_cast<int32_t>(delta.cells_added.size());
+      cell.id = CellId::at(delta.cells_added.size());
       cell.vertices[0] = vertex(at[0], at[1], at[2]);
       for (size_t step = 0; step < 3; ++step) {
         ++at[static_cast<size_t>(kOrders[o][step])];

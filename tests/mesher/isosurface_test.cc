@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "tests/common/plain_ids.h"
 #include "tests/mesher/delaunay_carving.h"
 #include "tests/mesher/mesher_checks.h"
 
@@ -49,7 +50,7 @@ void expect_good_surface(const CellComplex& complex, const std::vector<uint8_t>&
   const Isosurface plain = extract_isosurface(complex, carved, ManifoldRepair::kNone);
   EXPECT_TRUE(find_defects(plain.mesh).closed_and_oriented());
   EXPECT_NEAR(enclosed_volume(plain.mesh), volume, 1e-5 * volume);
-  EXPECT_EQ(std::set<int32_t>(plain.mesh.vertex_ids.begin(), plain.mesh.vertex_ids.end()).size(),
+  EXPECT_EQ(std::set<VertexId>(plain.mesh.vertex_ids.begin(), plain.mesh.vertex_ids.end()).size(),
             plain.mesh.vertex_ids.size());
   *split = extract_isosurface(complex, carved, ManifoldRepair::kSplit);
   EXPECT_EQ(find_problem(split->mesh), "");
@@ -82,8 +83,9 @@ TEST(Isosurface, AllCarvedGivesTheHull) {
 
 TEST(Isosurface, NormalPointsIntoCarvedSpace) {
   CarvingDelta delta;
-  delta.vertices_set = {{10, {0, 0, 0}}, {11, {1, 0, 0}}, {12, {0, 1, 0}}, {13, {0, 0, 1}}};
-  delta.cells_added = {{0, {10, 11, 12, 13}, 1}};
+  delta.vertices_set =
+      vertices({{10, {0, 0, 0}}, {11, {1, 0, 0}}, {12, {0, 1, 0}}, {13, {0, 0, 1}}});
+  delta.cells_added = cells({{0, {10, 11, 12, 13}, 1}});
   CellComplex complex;
   ASSERT_EQ(complex.apply(delta), ApplyResult::kOk);
   const Mesh mesh = extract_isosurface(complex, {1}, ManifoldRepair::kSplit).mesh;
@@ -95,16 +97,20 @@ TEST(Isosurface, NormalPointsIntoCarvedSpace) {
     EXPECT_GT((p(1) - p(0)).cross(p(2) - p(0)).dot(inside - p(0)), 0);
   }
   for (size_t i = 0; i < 4; ++i) {
-    const auto& vertex = delta.vertices_set[static_cast<size_t>(mesh.vertex_ids[i] - 10)];
+    const auto& vertex = delta.vertices_set[static_cast<size_t>(mesh.vertex_ids[i].value() - 10)];
     EXPECT_EQ(mesh.vertices_in_map[i], vertex.position_in_map);
   }
 }
 
 TEST(Isosurface, TwoCellsThatTouchInAnEdgeAreTakenApart) {
   CarvingDelta delta;
-  delta.vertices_set = {{0, {0, 0, 0}}, {1, {0, 0, 1}},  {2, {1, 0, 0}},
-                        {3, {1, 1, 0}}, {4, {-1, 0, 0}}, {5, {-1, -1, 0}}};
-  delta.cells_added = {{0, {0, 2, 3, 1}, 1}, {1, {0, 4, 5, 1}, 1}};
+  delta.vertices_set = vertices({{0, {0, 0, 0}},
+                                 {1, {0, 0, 1}},
+                                 {2, {1, 0, 0}},
+                                 {3, {1, 1, 0}},
+                                 {4, {-1, 0, 0}},
+                                 {5, {-1, -1, 0}}});
+  delta.cells_added = cells({{0, {0, 2, 3, 1}, 1}, {1, {0, 4, 5, 1}, 1}});
   CellComplex complex;
   ASSERT_EQ(complex.apply(delta), ApplyResult::kOk);
   Isosurface surface;

@@ -8,13 +8,15 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/common/plain_ids.h"
+
 namespace foresight {
 namespace {
 
 Mesh tetrahedron() {
   Mesh mesh;
   mesh.vertices_in_map = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  mesh.vertex_ids = {7, -3, 1234567, 0};
+  mesh.vertex_ids = ids<VertexId>({7, -3, 1234567, 0});
   mesh.confidences = {0.5f, 0, 1, 0.25f};
   mesh.triangles = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
   return mesh;
@@ -47,7 +49,7 @@ TEST(Mesh, FindsTurnedTriangles) {
 TEST(Mesh, FindsNonManifoldEdges) {
   Mesh mesh = tetrahedron();
   mesh.vertices_in_map.insert(mesh.vertices_in_map.end(), {{-1, 0, 0}, {0, -1, 0}});
-  mesh.vertex_ids.insert(mesh.vertex_ids.end(), {4, 5});
+  mesh.vertex_ids.insert(mesh.vertex_ids.end(), {VertexId(4), VertexId(5)});
   // A second tetrahedron on the edge from 0 to 3.
   for (const auto& t : tetrahedron().triangles) {
     std::array<int32_t, 3> other{};
@@ -89,7 +91,7 @@ Mesh read_ply(const std::string& path) {
     read(p.x()), read(p.y()), read(p.z()), read(id), read(confidence);
     mesh.confidences.push_back(confidence);
     mesh.vertices_in_map.push_back(p);
-    mesh.vertex_ids.push_back(id);
+    mesh.vertex_ids.emplace_back(id);
   }
   for (size_t i = 0; i < faces && file; ++i) {
     uint8_t corners = 0;

@@ -7,15 +7,15 @@
 namespace foresight {
 namespace {
 
-std::multiset<int32_t> corner_ids(const CellComplex& complex, int32_t cell) {
-  std::multiset<int32_t> ids;
+std::multiset<VertexId> corner_ids(const CellComplex& complex, int32_t cell) {
+  std::multiset<VertexId> ids;
   for (int32_t k = 0; k < 4; ++k) ids.insert(complex.vertex_id(complex.vertex(4 * cell + k)));
   return ids;
 }
 
 CellVotes sorted_votes(const CellComplex& complex, int32_t cell) {
   CellVotes votes = complex.votes(cell);
-  std::array<std::pair<int32_t, int32_t>, 4> by_id;
+  std::array<std::pair<VertexId, int32_t>, 4> by_id;
   for (size_t k = 0; k < 4; ++k) {
     const int32_t vertex = complex.vertex(4 * cell + static_cast<int32_t>(k));
     by_id[k] = {complex.vertex_id(vertex), votes.entered[k]};
@@ -39,7 +39,7 @@ ComplexContent content(const CellComplex& complex) {
       const int32_t corner = complex.vertex(4 * cell + k);
       c.evidence[complex.vertex_id(corner)] = complex.evidence(corner);
       const int32_t twin = complex.twin(4 * cell + k);
-      c.neighbours.insert(twin < 0 ? std::multiset<int32_t>{} : corner_ids(complex, twin / 4));
+      c.neighbours.insert(twin < 0 ? std::multiset<VertexId>{} : corner_ids(complex, twin / 4));
     }
   }
   return all;
@@ -50,7 +50,7 @@ Labels labels(const Mesher& mesher) {
   const CellComplex& complex = mesher.complex();
   for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
     if (!complex.exists(cell)) continue;
-    std::array<int32_t, 4> key{};
+    std::array<VertexId, 4> key{};
     for (int32_t k = 0; k < 4; ++k) {
       key[static_cast<size_t>(k)] = complex.vertex_id(complex.vertex(4 * cell + k));
     }

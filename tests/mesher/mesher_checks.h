@@ -18,15 +18,15 @@ struct CellContent {
   int32_t constraints = 0;
   CellVotes votes;  // CellVotes::entered in the order of the corners' ids
   double volume = 0;
-  std::map<int32_t, VertexEvidence> evidence;  // of its corners
-  std::multiset<std::multiset<int32_t>> neighbours;
+  std::map<VertexId, VertexEvidence> evidence;  // of its corners
+  std::multiset<std::multiset<VertexId>> neighbours;
   bool operator==(const CellContent&) const = default;
 };
-using ComplexContent = std::map<std::multiset<int32_t>, CellContent>;
+using ComplexContent = std::map<std::multiset<VertexId>, CellContent>;
 ComplexContent content(const CellComplex& complex);
 
 /// The labels of the last update by the cells' vertices, ascending.
-using Labels = std::map<std::array<int32_t, 4>, uint8_t>;
+using Labels = std::map<std::array<VertexId, 4>, uint8_t>;
 Labels labels(const Mesher& mesher);
 
 /// The triangles around every vertex form one ring.

@@ -91,7 +91,7 @@ double roughness(const Mesh& mesh) {
   }
   double sum = 0;
   for (size_t v = 0; v < sums.size(); ++v) {
-    if (mesh.vertex_ids[v] < 0) continue;
+    if (!mesh.vertex_ids[v].is_point()) continue;
     sum += (sums[v] / counts[v] - mesh.vertices_in_map[v].cast<double>()).norm();
   }
   return sum / static_cast<double>(sums.size());
@@ -132,7 +132,7 @@ TEST(Smoothing, EvensOutAndMeetsNoRay) {
     for (size_t v = 0; v < smoothed.vertices_in_map.size(); ++v) {
       if (smoothed.vertices_in_map[v] == room.mesh.vertices_in_map[v]) continue;
       ++moved;
-      EXPECT_GE(smoothed.vertex_ids[v], 0);
+      EXPECT_TRUE(smoothed.vertex_ids[v].is_point());
       EXPECT_EQ(most_constraints_at(room.complex, smoothed.vertices_in_map[v]), 0);
     }
     EXPECT_GT(moved, 10);
@@ -144,7 +144,7 @@ TEST(Smoothing, WithoutTheRuleRaysWouldBeMet) {
   const Room room(1, 0.05f);
   Mesh moved = room.mesh;
   for (size_t v = 0; v < moved.vertices_in_map.size(); ++v) {
-    if (moved.vertex_ids[v] >= 0) moved.vertices_in_map[v] *= 0.97f;  // into the room
+    if (moved.vertex_ids[v].is_point()) moved.vertices_in_map[v] *= 0.97f;  // into the room
   }
   EXPECT_GT(count_meetings(room, moved), 0);
 }

@@ -64,7 +64,7 @@ double energy(const CellComplex& complex, const VisibilityWeights& w, const auto
     for (int32_t k = 0; k < 4; ++k) {
       const int32_t slot = 4 * cell + k, twin = complex.twin(slot);
       by_facet += v.entered[static_cast<size_t>(k)];
-      at_hull = at_hull || complex.vertex_id(complex.vertex(slot)) < 0;
+      at_hull = at_hull || !complex.vertex_id(complex.vertex(slot)).is_point();
       if (twin < 0) {
         sum += is_free(cell) ? w.shape : 0;
         continue;
@@ -126,7 +126,8 @@ MapDelta room(int points, double outliers, uint32_t seed, double scale = 1) {
   std::vector<Vector3d> cameras;
   for (int32_t k = 0; k < 12; ++k) {
     cameras.push_back(0.6 * Vector3d(unit(random), unit(random), unit(random)));
-    map.keyframes_set.push_back({k, {Eigen::Quaterniond::Identity(), scale * cameras.back()}, {}});
+    map.keyframes_set.push_back(
+        {KeyframeId(k), {Eigen::Quaterniond::Identity(), scale * cameras.back()}, {}});
   }
   for (int32_t i = 0; i < points; ++i) {
     Vector3d p(unit(random), unit(random), unit(random));
@@ -136,9 +137,9 @@ MapDelta room(int points, double outliers, uint32_t seed, double scale = 1) {
       const double stretch = random() % 2 == 0 ? 0.4 : 1.6;
       p = cameras[first] + stretch * (p - cameras[first]);
     }
-    map.points_set.push_back({i, (scale * p).cast<float>()});
+    map.points_set.push_back({PointId(i), (scale * p).cast<float>()});
     for (size_t n = 0; n < 5; ++n) {
-      map.observations_added.push_back({static_cast<int32_t>((first + n) % cameras.size()), i});
+      map.observations_added.push_back({KeyframeId::at((first + n) % cameras.size()), PointId(i)});
     }
   }
   return map;
@@ -222,7 +223,7 @@ TEST(Visibility, DeltasEqualFromScratch) {
       }
     }
     if (begin > 0) {
-      delta.points_removed.push_back(static_cast<int32_t>(begin) - 7);
+      delta.points_removed.push_back(PointId::at(begin - 7));
       MapPoint moved = whole.points_set[begin - 3];
       moved.position_in_map *= 0.98F;
       delta.points_set.push_back(moved);

@@ -174,7 +174,7 @@ TEST_F(SceneRendererTest, HullIsAGuessThatCanBeLeftUnpainted) {
   const CameraModel camera = pinhole_camera();
   Mesh mesh = scene.mesh();
   for (size_t i = 0; i < mesh.vertex_ids.size(); ++i) {  // the far wall
-    if (mesh.vertices_in_map[i].z() > 4.9f) mesh.vertex_ids[i] = -1;
+    if (mesh.vertices_in_map[i].z() > 4.9f) mesh.vertex_ids[i] = VertexId::hull_corner(0);
   }
   SceneRenderer renderer;
   ASSERT_EQ(renderer.set_mesh(mesh), InputStatus::kAccepted);

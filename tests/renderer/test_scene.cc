@@ -56,7 +56,7 @@ void add_rectangle(Mesh* mesh, const Vector3d& corner, const Vector3d& a, const 
       const Vector3d p =
           corner + a * (static_cast<double>(i) / n) + b * (static_cast<double>(j) / n);
       mesh->vertices_in_map.push_back(p.cast<float>());
-      mesh->vertex_ids.push_back(static_cast<int32_t>(mesh->vertex_ids.size()));
+      mesh->vertex_ids.emplace_back(static_cast<int32_t>(mesh->vertex_ids.size()));
       mesh->confidences.push_back(1);
     }
   }

@@ -48,7 +48,7 @@ std::vector<MapPoint> make_points() {
     const double x = 3 * draw() - 1.5, y = 2.2 * draw() - 1.1;
     const bool on_box = std::abs(x) < 0.35 && std::abs(y) < 0.35;
     const double z = (on_box ? 1.4 : 2.2) + 0.05 * draw();
-    points.push_back({i, Eigen::Vector3d(x, y, z).cast<float>()});
+    points.push_back({PointId(i), Eigen::Vector3d(x, y, z).cast<float>()});
   }
   return points;
 }
@@ -81,16 +81,17 @@ class Session {
   MapDelta delta(int keyframe) {
     MapDelta d;
     d.keyframes_set.push_back(
-        {keyframe, camera_pose(keyframe), kStart + kFramePeriod * (keyframe + 1)});
+        {KeyframeId(keyframe), camera_pose(keyframe), kStart + kFramePeriod * (keyframe + 1)});
     const Pose<Cam, Map> cam_from_map = camera_pose(keyframe).inverse();
     for (const MapPoint& p : points_) {
       if (removed_.contains(p.id)) continue;
       const Eigen::Vector3d in_cam = cam_from_map * p.position_in_map.cast<double>();
-      const bool seen = camera_.in_image(camera_.project(in_cam)) && (p.id + keyframe) % 3 != 0;
+      const bool seen =
+          camera_.in_image(camera_.project(in_cam)) && (p.id.value() + keyframe) % 3 != 0;
       if (!seen) continue;
-      if (!known_[p.id]) d.points_set.push_back(p);
-      known_[p.id] = true;
-      d.observations_added.push_back({keyframe, p.id});
+      if (!known_[p.id.index()]) d.points_set.push_back(p);
+      known_[p.id.index()] = true;
+      d.observations_added.push_back({KeyframeId(keyframe), p.id});
     }
     if (keyframe == 5) move_points(&d);
     if (keyframe == 8) remove_points(&d);
@@ -101,14 +102,14 @@ class Session {
  private:
   void move_points(MapDelta* d) {
     for (MapPoint& p : points_) {
-      if (p.id % 7 != 0 || !known_[p.id]) continue;
+      if (p.id.value() % 7 != 0 || !known_[p.id.index()]) continue;
       p.position_in_map.z() += 0.02f;
       d->points_set.push_back(p);
     }
   }
   void remove_points(MapDelta* d) {
     for (const MapPoint& p : points_) {
-      if (p.id % 11 != 0 || !known_[p.id]) continue;
+      if (p.id.value() % 11 != 0 || !known_[p.id.index()]) continue;
       std::erase_if(d->observations_added, [&](auto& o) { return o.point_id == p.id; });
       std::erase_if(d->points_set, [&](auto& q) { return q.id == p.id; });
       d->points_removed.push_back(p.id);
@@ -118,7 +119,7 @@ class Session {
   CameraModel camera_;
   std::vector<MapPoint> points_;
   std::vector<bool> known_;
-  std::map<int32_t, bool> removed_;
+  std::map<PointId, bool> removed_;
 };
 
 camera_pose_t pose_message(int i, Time time) {

@@ -55,7 +55,7 @@ TEST_F(SlamMapTest, DeltasHoldBackProbationAndSmallMoves) {
   map_.move_point(point_, {0, 0, 2.1});
   EXPECT_EQ(stream.take(&map_).points_set.size(), 1u);
   map_.remove_point(point_);
-  EXPECT_EQ(stream.take(&map_).points_removed, std::vector<int32_t>{point_});
+  EXPECT_EQ(stream.take(&map_).points_removed, std::vector<PointId>{PointId(point_)});
   EXPECT_TRUE(stream.snapshot().points_set.empty());
 }
 

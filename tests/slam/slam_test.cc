@@ -14,19 +14,19 @@ namespace {
 
 // What a receiver of the deltas makes of them.
 struct Receiver {
-  std::map<int32_t, Eigen::Vector3d> keyframes;
-  std::map<int32_t, Eigen::Vector3f> points;
+  std::map<KeyframeId, Eigen::Vector3d> keyframes;
+  std::map<PointId, Eigen::Vector3f> points;
   std::set<MapObservation> observations;
 
   void apply(const MapDelta& delta) {
     for (const MapObservation& o : delta.observations_removed) {
       EXPECT_EQ(observations.erase(o), 1u);
     }
-    for (const int32_t id : delta.points_removed) {
+    for (const PointId id : delta.points_removed) {
       EXPECT_EQ(points.erase(id), 1u);
       std::erase_if(observations, [&](const MapObservation& o) { return o.point_id == id; });
     }
-    for (const int32_t id : delta.keyframes_removed) keyframes.erase(id);
+    for (const KeyframeId id : delta.keyframes_removed) keyframes.erase(id);
     for (const MapKeyframe& k : delta.keyframes_set) {
       keyframes[k.id] = k.map_from_cam.translation();
     }
