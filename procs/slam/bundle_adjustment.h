@@ -63,6 +63,9 @@ struct FocalCheck {
   bool usable = false;
   double factor = 1;      // true focal length / the given one, as it fits best
   double cost_ratio = 1;  // cost with that factor / with the given focal length
+
+  /// The given focal length is wrong.
+  bool contradicts() const;
 };
 /// Adjusts everything twice, the second time with a common factor on all projections.
 FocalCheck check_focal_length(BundleProblem problem);

@@ -22,6 +22,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "common/camera_model.h"
 #include "common/frames.h"
@@ -32,6 +33,10 @@
 #include "procs/slam/stored_map.h"
 
 namespace foresight {
+
+namespace slam {
+class MappingTask;
+}  // namespace slam
 
 enum class TrackingState {
   kInitialising,  // no map yet: waits for enough parallax
@@ -74,24 +79,23 @@ struct SlamStatistics {
 /// Slow work: owns copies of all it needs. Opaque; move it to Slam::run() on any thread.
 class MappingJob {
  public:
-  struct Data;
-  explicit MappingJob(std::unique_ptr<Data> job_data);
+  MappingJob(int job_epoch, std::unique_ptr<slam::MappingTask> job_task);
   MappingJob(MappingJob&&) noexcept;
   MappingJob& operator=(MappingJob&&) noexcept;
   ~MappingJob();
   /// What it usually costs, in bundle adjustments (about 50 ms).
   double relative_cost() const;
-  std::unique_ptr<Data> data;
+
+  int epoch;
+  std::unique_ptr<slam::MappingTask> task;
 };
 
+/// A job that has been run.
 class MappingResult {
- public:
-  struct Data;
-  explicit MappingResult(std::unique_ptr<Data> result_data);
-  MappingResult(MappingResult&&) noexcept;
-  MappingResult& operator=(MappingResult&&) noexcept;
-  ~MappingResult();
-  std::unique_ptr<Data> data;
+ private:
+  friend class Slam;
+  explicit MappingResult(MappingJob done) : job_(std::move(done)) {}
+  MappingJob job_;
 };
 
 class Slam {

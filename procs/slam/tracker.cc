@@ -13,7 +13,8 @@ constexpr size_t kCoarsePoints = 100;
 constexpr size_t kMinCoarseMatches = 12;
 constexpr int kCell_px = 64;
 constexpr double kFineRadius = 3.5;
-constexpr double kBlurredShare = 0.6;  // found / expected: below, look one level up as well
+constexpr double kBlurredShare = 0.6;    // found / expected: below, look one level up as well
+constexpr double kTellingQuality = 0.5;  // of an attempt that says something about the points
 
 struct Candidate {
   const Point* point;
@@ -167,6 +168,15 @@ std::vector<PointMatch> find_remaining_points(const CameraModel& camera, const S
     if (error_px < options.max_reprojection_error_px) found.push_back(*match);
   }
   return found;
+}
+
+void count_predictions(const TrackingAttempt& attempt, SlamMap* map) {
+  if (attempt.quality < kTellingQuality) return;
+  auto found = attempt.inliers.begin();
+  for (const int32_t id : attempt.searched) {
+    while (found != attempt.inliers.end() && found->point_id < id) ++found;
+    map->count_prediction(id, found != attempt.inliers.end() && found->point_id == id);
+  }
 }
 
 }  // namespace foresight::slam

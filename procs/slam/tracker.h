@@ -38,4 +38,8 @@ std::vector<PointMatch> find_remaining_points(const CameraModel& camera, const S
                                               const std::vector<int32_t>& already_searched,
                                               const SlamOptions& options);
 
+/// Tells the points that were looked for whether they were found. A poor attempt says little about
+/// them (blur, occlusion) and does not count.
+void count_predictions(const TrackingAttempt& attempt, SlamMap* map);
+
 }  // namespace foresight::slam
