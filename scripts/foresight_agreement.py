@@ -4,9 +4,8 @@ import os
 
 from foresight_cli import EXIT_CONFIG, Failure
 from foresight_paths import ROOT
+from foresight_site import ARM_PROGRAMS
 
-# Programs that describe the same arm.
-ARM_PROGRAMS = ("wam_controller", "sim", "omni", "calibrator", "renderer")
 # The renderer predicts the controller's profile.
 PREDICTED = ("velocity_limit_rad_per_s", "acceleration_limit_rad_per_s2", "limit_margin_rad",
              "command_timeout_s")

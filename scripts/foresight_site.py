@@ -14,8 +14,10 @@ import yaml
 from foresight_cli import EXIT_CONFIG, Failure, captured, one_line
 from foresight_paths import ROOT, program
 
-SITE_KEYS = {"robot_url", "operator_url", "clock", "external", "processes"}
+SITE_KEYS = {"robot_url", "operator_url", "clock", "arm_file", "external", "processes"}
 PROCESS_KEYS = {"program", "site", "clock", "start", "restart", "nice", "params_file", "params"}
+# Programs with a parameter arm_file: the site names it once, and each of them is handed it.
+ARM_PROGRAMS = ("wam_controller", "sim", "omni", "calibrator", "renderer")
 LARGEST_NICE = 19
 CHOICES = {"site": ("robot", "operator"), "clock": ("wall", "published"),
            "start": ("first", "last"),
@@ -52,7 +54,8 @@ class Process:
                 "--robot-url", site.robot_url, "--operator-url", site.operator_url, "--clock", self.clock]
         if self.params_file:
             line += ["--params", self.params_file]
-        for key, value in self.params.items():
+        arm = {"arm_file": site.arm_file} if site.arm_file and self.program in ARM_PROGRAMS else {}
+        for key, value in (arm | self.params).items():
             line += ["--set", f"{key}={value}"]
         return line
 
@@ -64,6 +67,7 @@ class Site:
     operator_url: str
     external: dict  # domain -> channels that tools and people publish
     processes: list
+    arm_file: str = ""  # of the arm that the site is about; empty: each program's default
     elsewhere: list = dataclasses.field(default_factory=list)  # those that another host runs
 
     def find(self, name):
@@ -224,15 +228,22 @@ def read_site(path):
     processes = [read_process(name, entry, path, clock) for name, entry in entries.items()]
     if not processes:
         raise SiteError(f"{path}: processes: missing")
-    return Site(path, root["robot_url"], root["operator_url"], read_external(root, path), processes)
+    arm_file = root.get("arm_file", "")
+    if "arm_file" in root:
+        require_text(arm_file, f"{path}: arm_file")
+    return Site(path, root["robot_url"], root["operator_url"], read_external(root, path), processes,
+                arm_file)
 
 
 def apply_assignment(site, text):
-    """--set PROCESS.KEY=VALUE."""
+    """--set PROCESS.KEY=VALUE, or arm_file=FILE of the whole site."""
     target, equals, value = text.partition("=")
+    if equals and target == "arm_file":
+        site.arm_file = require_text(value, "--set arm_file")
+        return
     name, dot, key = target.partition(".")
     if not equals or not dot or not key:
-        raise SiteError(f"--set {text}: must be PROCESS.KEY=VALUE")
+        raise SiteError(f"--set {text}: must be PROCESS.KEY=VALUE, or arm_file=FILE")
     params = site.find(name).params
     params[key] = parameter_text(value, f"--set {name}.{key}")
 

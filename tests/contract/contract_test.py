@@ -133,6 +133,11 @@ class Descriptions(unittest.TestCase):
         self.assertEqual(result.returncode, 0, f"{name}: {result.stderr}")
         return yaml.safe_load(result.stdout)
 
+    def test_who_knows_the_arm_is_handed_the_sites(self):
+        with_arm = {name for name in process_names()
+                    if "arm_file" in (p["key"] for p in self.describe(name)["params"])}
+        self.assertEqual(with_arm, set(foresight_site.ARM_PROGRAMS))
+
     def test_every_process_describes_itself(self):
         self.assertIn("slam", process_names())
         types = {p.stem for p in (ROOT / "lcmtypes").glob("*.lcm")} | {"any"}

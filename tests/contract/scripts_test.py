@@ -143,6 +143,9 @@ class Agreement(unittest.TestCase):
             lines = self.disagreements(f"{process}.arm_file=deploy/arms/wam7.yaml")
             self.assertTrue(any(f"{process} deploy/arms/wam7.yaml" in line for line in lines), lines)
 
+    def test_a_site_with_another_arm_agrees(self):
+        self.assertEqual(self.disagreements("arm_file=deploy/arms/wam7.yaml"), [])
+
     def test_one_arm_may_be_spelled_in_two_ways(self):
         self.assertEqual(self.disagreements(f"omni.arm_file={ROOT}/deploy/arms/wam4.yaml"), [])
 

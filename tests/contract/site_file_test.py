@@ -28,7 +28,8 @@ PLACES += [URLS + text for text in (
     "processes: @", "processes: {@: {}}", "processes: {link: @}", "@: 1",
     "clock: @\nprocesses: {link: {}}", "external: @\nprocesses: {link: {}}",
     "external: {robot: @}\nprocesses: {link: {}}", "external: {robot: [@]}\nprocesses: {link: {}}",
-    "external: {@: []}\nprocesses: {link: {}}", "processes: {link: {@: 1}}",
+    "external: {@: []}\nprocesses: {link: {}}", "arm_file: @\nprocesses: {link: {}}",
+    "processes: {link: {@: 1}}",
     "processes: {link: {params: {@: 1}}}", "processes: {link: {params: {seed: @}}}",
     "processes: {link: {params: {to_operator_channels: @}}}")]
 PLACES += [URLS + f"processes: {{link: {{{key}: @}}}}" for key in (
@@ -140,6 +141,20 @@ class SiteFile(unittest.TestCase):
         for bad in ("[[HEALTH]]", "[{a: b}]", "[HEALTH MESH]", "['a,b']", "['']", "[null]"):
             with self.assertRaises(SiteError, msg=bad):
                 self.read(URLS + f"processes: {{link: {{params: {{to_operator_channels: {bad}}}}}}}\n")
+
+    def test_the_arm_is_named_once_and_handed_to_who_knows_it(self):
+        text = URLS + ("arm_file: deploy/arms/wam7.yaml\nprocesses: {omni: {}, link: {}, "
+                       "sim: {params: {arm_file: deploy/arms/wam4.yaml}}}\n")
+        site = self.read(text)
+        commands = {p.name: p.command(site) for p in site.processes}
+        self.assertIn("arm_file=deploy/arms/wam7.yaml", commands["omni"])
+        self.assertNotIn("arm_file", " ".join(commands["link"]), "knows no arm")
+        self.assertEqual([a for a in commands["sim"] if "arm_file" in a],
+                         ["arm_file=deploy/arms/wam4.yaml"], "its own goes before")
+        foresight_site.apply_assignment(site, "arm_file=deploy/arms/wam4.yaml")
+        self.assertIn("arm_file=deploy/arms/wam4.yaml", site.processes[0].command(site))
+        for bad in ("arm_file: 7\n", "arm_file: \n", "arm_file: [a]\n"):
+            self.assert_refused(URLS + bad + "processes: {link: {}}\n", "arm_file")
 
     def test_unfed_inputs_names_who_listens_to_nobody(self):
         site = self.read(URLS + "external: {operator: [JOINT_COMMAND, SLAM_COMMAND, "
