@@ -114,10 +114,14 @@ std::string ClosedLoopArena::find_fault() {
   if (errors_m.size() < kMinPictures) {
     return "only " + std::to_string(errors_m.size()) + " predictions" + beliefs();
   }
+  const double first_m = errors_m.front(), last_m = errors_m.back();
   const auto middle = errors_m.begin() + static_cast<std::ptrdiff_t>(errors_m.size() / 2);
   std::nth_element(errors_m.begin(), middle, errors_m.end());
   if (*middle <= kMaxError_m) return {};
-  return "the predicted camera is " + std::to_string(1e3 * *middle) + " mm off" + beliefs();
+  char text[160];
+  std::snprintf(text, sizeof text, "the predicted camera is %.1f mm off (first %.1f, last %.1f mm)",
+                1e3 * *middle, 1e3 * first_m, 1e3 * last_m);
+  return text + beliefs();
 }
 
 }  // namespace foresight::fuzz
