@@ -51,10 +51,14 @@ struct CellComplex::Journal {
     kVertexChanged,
     kVertexNew
   };
+  using SavedCell = Id<struct SavedCellTag>;
+  using SavedPoint = Id<struct SavedPointTag>;
   struct Entry {
     Step step;
-    int32_t index;       // of the cell or vertex
-    int32_t saved = -1;  // in cells or points: what it was
+    CellId cell = {};  // … or
+    VertexIndex vertex = {};
+    SavedCell saved_cell = {};  // what it was
+    SavedPoint saved_point = {};
   };
   struct Cell {
     Corners corners{};
@@ -62,16 +66,16 @@ struct CellComplex::Journal {
     double volume = 0;
   };
   std::vector<Entry> steps;
-  std::vector<Cell> cells;
-  std::vector<Point> points;
+  IdVector<SavedCell, Cell> cells;
+  IdVector<SavedPoint, Point> points;
 
-  void note_cell(Step step, int32_t i, const Cell& cell) {
-    steps.push_back({step, i, static_cast<int32_t>(cells.size())});
-    cells.push_back(cell);
+  void note(Step step, CellId cell) { steps.push_back({.step = step, .cell = cell}); }
+  void note(Step step, CellId cell, const Cell& was) {
+    steps.push_back({.step = step, .cell = cell, .saved_cell = cells.push_back(was)});
   }
-  void note_vertex(Step step, int32_t i, const Point& point) {
-    steps.push_back({step, i, static_cast<int32_t>(points.size())});
-    points.push_back(point);
+  void note(Step step, VertexIndex vertex) { steps.push_back({.step = step, .vertex = vertex}); }
+  void note(Step step, VertexIndex vertex, const Point& was) {
+    steps.push_back({.step = step, .vertex = vertex, .saved_point = points.push_back(was)});
   }
 };
 
@@ -101,16 +105,16 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
     }
     return ApplyResult::kOk;
   };
-  int64_t largest_id = -1;
+  CellId largest;
   for (const CarvingCell& cell : delta.cells_added) {
     if (!cell.id.is_valid()) return ApplyResult::kCellIdOutOfRange;
-    largest_id = std::max<int64_t>(largest_id, cell.id.value());
+    largest = std::max(largest, cell.id);
   }
-  if (largest_id >= cell_limit()) {
-    if (largest_id > max_cell_id(cell_count_, static_cast<int64_t>(delta.cells_added.size()))) {
+  if (largest >= cell_limit()) {
+    if (largest.value() > max_cell_id(cell_count_, delta.cells_added.size())) {
       return ApplyResult::kCellIdOutOfRange;
     }
-    resize_cells(static_cast<size_t>(largest_id) + 1);
+    resize_cells(largest.index() + 1);
   }
   const bool changes_cells = !delta.cells_removed.empty() || !delta.cells_added.empty();
   if (changes_cells && cell_count_ > 0) know_facets();
@@ -122,7 +126,7 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
   if (result != ApplyResult::kOk) return result;
   if (cell_count_ == 0 && !delta.cells_added.empty()) {
     result = add_all_cells(delta.cells_added);
-    if (result == ApplyResult::kOk) journal->steps.push_back({Journal::Step::kAllCellsAdded, 0});
+    if (result == ApplyResult::kOk) journal->note(Journal::Step::kAllCellsAdded, CellId());
   } else {
     result = apply_all(delta.cells_added, &CellComplex::add_cell);
   }
@@ -135,49 +139,50 @@ ApplyResult CellComplex::try_apply(const CarvingDelta& delta, Journal* journal) 
 void CellComplex::resize_cells(size_t limit) {
   constraints_.resize(limit, -1);
   votes_.resize(limit);
-  std::erase_if(touched_, [&](int32_t cell) { return index(cell) >= limit; });
+  std::erase_if(touched_, [&](CellId cell) { return cell.index() >= limit; });
   is_touched_.resize(limit, 0);
   volumes_.resize(limit, 0);
-  vertices_.resize(4 * limit, -1);
-  twins_.resize(4 * limit, -1);
+  vertices_.resize(4 * limit);
+  twins_.resize(4 * limit);
 }
 
 /// Indices of removed vertices become free only now: until here a rollback may need them back.
 void CellComplex::commit(const Journal& journal) {
   for (const Journal::Entry& entry : journal.steps) {
-    if (entry.step == Journal::Step::kVertexRemoved) free_points_.push_back(entry.index);
+    if (entry.step == Journal::Step::kVertexRemoved) free_points_.push_back(entry.vertex);
   }
 }
 
 void CellComplex::roll_back(const Journal& journal) {
   using Step = Journal::Step;
   for (auto entry = journal.steps.rbegin(); entry != journal.steps.rend(); ++entry) {
-    const int32_t i = entry->index;
-    const auto saved = static_cast<size_t>(entry->saved);
+    const CellId cell = entry->cell;
+    const VertexIndex i = entry->vertex;
     switch (entry->step) {
-      case Step::kCellRemoved:
-        FORESIGHT_CHECK(attach(i, journal.cells[saved].corners, journal.cells[saved].evidence,
-                               journal.cells[saved].volume) == ApplyResult::kOk);
+      case Step::kCellRemoved: {
+        const Journal::Cell& was = journal.cells[entry->saved_cell];
+        FORESIGHT_CHECK(attach(cell, was.corners, was.evidence, was.volume) == ApplyResult::kOk);
         break;
+      }
       case Step::kCellAdded:
-        detach(i);
+        detach(cell);
         break;
       case Step::kAllCellsAdded:
         remove_all_cells();
         break;
       case Step::kCellUpdated:
-        set_evidence(i, journal.cells[saved].evidence);
+        set_evidence(cell, journal.cells[entry->saved_cell].evidence);
         break;
       case Step::kVertexRemoved:
-        points_[index(i)] = journal.points[saved];
-        vertex_indices_.insert(vertex_id(i), i);
+        points_[i] = journal.points[entry->saved_point];
+        vertex_table_.insert(vertex_id(i), i);
         break;
       case Step::kVertexChanged:
-        points_[index(i)] = journal.points[saved];
+        points_[i] = journal.points[entry->saved_point];
         break;
       case Step::kVertexNew:
-        vertex_indices_.erase(vertex_id(i));
-        points_[index(i)] = Point{};
+        vertex_table_.erase(vertex_id(i));
+        points_[i] = Point{};
         free_points_.push_back(i);
         break;
     }
@@ -186,21 +191,21 @@ void CellComplex::roll_back(const Journal& journal) {
 
 void CellComplex::reset() { *this = CellComplex{}; }
 
-void CellComplex::touch(int32_t cell) {
-  if (is_touched_[index(cell)] != 0) return;
-  is_touched_[index(cell)] = 1;
+void CellComplex::touch(CellId cell) {
+  if (is_touched_[cell] != 0) return;
+  is_touched_[cell] = 1;
   touched_.push_back(cell);
 }
 
-std::vector<int32_t> CellComplex::take_touched() {
-  for (const int32_t cell : touched_) is_touched_[index(cell)] = 0;
+std::vector<CellId> CellComplex::take_touched() {
+  for (const CellId cell : touched_) is_touched_[cell] = 0;
   return std::exchange(touched_, {});
 }
 
-void CellComplex::set_evidence(int32_t cell, const Evidence& evidence) {
+void CellComplex::set_evidence(CellId cell, const Evidence& evidence) {
   touch(cell);
-  constraints_[index(cell)] = evidence.constraints;
-  votes_[index(cell)] = evidence.votes;
+  constraints_[cell] = evidence.constraints;
+  votes_[cell] = evidence.votes;
 }
 
 bool CellComplex::Evidence::makes_sense() const {
@@ -215,24 +220,23 @@ bool CellComplex::Evidence::makes_sense() const {
 
 // ---- Single steps -------------------------------------------------------------------------------
 
-ApplyResult CellComplex::remove_cell(const CellId& id, Journal* journal) {
-  const int32_t cell = id.value();
-  if (cell < 0 || cell >= cell_limit() || !exists(cell)) return ApplyResult::kUnknownCell;
+ApplyResult CellComplex::remove_cell(const CellId& cell, Journal* journal) {
+  if (!constraints_.contains(cell) || !exists(cell)) return ApplyResult::kUnknownCell;
   Journal::Cell saved{{}, {constraints(cell), votes(cell)}, volume(cell)};
-  for (int32_t k = 0; k < 4; ++k) saved.corners[index(k)] = vertex(4 * cell + k);
-  journal->note_cell(Journal::Step::kCellRemoved, cell, saved);
+  for (const Slot slot : slots_of(cell)) saved.corners[corner_of(slot)] = vertex(slot);
+  journal->note(Journal::Step::kCellRemoved, cell, saved);
   detach(cell);
   return ApplyResult::kOk;
 }
 
 ApplyResult CellComplex::remove_vertex(const VertexId& id, Journal* journal) {
-  const int32_t i = vertex_indices_.find(id);
-  if (i < 0) return ApplyResult::kUnknownVertex;
-  Point& point = points_[index(i)];
+  const VertexIndex i = vertex_table_.find(id);
+  if (!i.is_valid()) return ApplyResult::kUnknownVertex;
+  Point& point = points_[i];
   if (point.degree > 0) return ApplyResult::kVertexInUse;
-  journal->note_vertex(Journal::Step::kVertexRemoved, i, point);
+  journal->note(Journal::Step::kVertexRemoved, i, point);
   point = Point{};
-  vertex_indices_.erase(id);
+  vertex_table_.erase(id);
   return ApplyResult::kOk;
 }
 
@@ -240,35 +244,35 @@ ApplyResult CellComplex::set_vertex(const CarvingVertex& vertex, Journal* journa
   if (!vertex.id.is_valid()) return ApplyResult::kVertexIdOutOfRange;
   if (!vertex.position_in_map.allFinite()) return ApplyResult::kBadPosition;
   if (!makes_sense(vertex.evidence)) return ApplyResult::kBadEvidence;
-  int32_t i = vertex_indices_.find(vertex.id);
-  if (i < 0) {
+  VertexIndex i = vertex_table_.find(vertex.id);
+  if (!i.is_valid()) {
     i = new_point();
-    journal->steps.push_back({Journal::Step::kVertexNew, i});
-    points_[index(i)] = {vertex.position_in_map, vertex.evidence, vertex.id, 0, true};
-    vertex_indices_.insert(vertex.id, i);
+    journal->note(Journal::Step::kVertexNew, i);
+    points_[i] = {vertex.position_in_map, vertex.evidence, vertex.id, 0, true};
+    vertex_table_.insert(vertex.id, i);
     return ApplyResult::kOk;
   }
-  Point& point = points_[index(i)];
+  Point& point = points_[i];
   const bool moved = point.position_in_map != vertex.position_in_map;
   if (moved && point.degree > 0) return ApplyResult::kVertexInUse;
-  journal->note_vertex(Journal::Step::kVertexChanged, i, point);
+  journal->note(Journal::Step::kVertexChanged, i, point);
   point.position_in_map = vertex.position_in_map;
   point.evidence = vertex.evidence;
   return ApplyResult::kOk;
 }
 
 ApplyResult CellComplex::update_vertex(const CarvingVertexUpdate& update, Journal* journal) {
-  const int32_t i = vertex_indices_.find(update.id);
-  if (i < 0) return ApplyResult::kUnknownVertex;
+  const VertexIndex i = vertex_table_.find(update.id);
+  if (!i.is_valid()) return ApplyResult::kUnknownVertex;
   if (!makes_sense(update.evidence)) return ApplyResult::kBadEvidence;
-  journal->note_vertex(Journal::Step::kVertexChanged, i, points_[index(i)]);
-  points_[index(i)].evidence = update.evidence;
+  journal->note(Journal::Step::kVertexChanged, i, points_[i]);
+  points_[i].evidence = update.evidence;
   return ApplyResult::kOk;
 }
 
 ApplyResult CellComplex::check_cell(const CarvingCell& cell, Corners* corners,
                                     double* volume) const {
-  if (exists(cell.id.value())) return ApplyResult::kDuplicateCell;
+  if (exists(cell.id)) return ApplyResult::kDuplicateCell;
   if (!Evidence{cell.constraints, cell.votes}.makes_sense()) return ApplyResult::kBadConstraints;
   const ApplyResult found = find_corners(cell, corners);
   if (found != ApplyResult::kOk) return found;
@@ -285,26 +289,26 @@ ApplyResult CellComplex::add_cell(const CarvingCell& cell, Journal* journal) {
   double volume = 0;
   ApplyResult result = check_cell(cell, &corners, &volume);
   if (result != ApplyResult::kOk) return result;
-  result = attach(cell.id.value(), corners, {cell.constraints, cell.votes}, volume);
+  result = attach(cell.id, corners, {cell.constraints, cell.votes}, volume);
   if (result != ApplyResult::kOk) return result;
-  journal->steps.push_back({Journal::Step::kCellAdded, cell.id.value()});
+  journal->note(Journal::Step::kCellAdded, cell.id);
   return result;
 }
 
 ApplyResult CellComplex::update_cell(const CarvingCellUpdate& update, Journal* journal) {
-  const int32_t cell = update.id.value();
-  if (cell < 0 || cell >= cell_limit() || !exists(cell)) return ApplyResult::kUnknownCell;
+  const CellId cell = update.id;
+  if (!constraints_.contains(cell) || !exists(cell)) return ApplyResult::kUnknownCell;
   const Evidence evidence{update.constraints, update.votes};
   if (!evidence.makes_sense()) return ApplyResult::kBadConstraints;
-  journal->note_cell(Journal::Step::kCellUpdated, cell, {{}, {constraints(cell), votes(cell)}, 0});
+  journal->note(Journal::Step::kCellUpdated, cell, {{}, {constraints(cell), votes(cell)}, 0});
   set_evidence(cell, evidence);
   return ApplyResult::kOk;
 }
 
 ApplyResult CellComplex::find_corners(const CarvingCell& cell, Corners* corners) const {
   for (size_t k = 0; k < 4; ++k) {
-    const int32_t corner = vertex_indices_.find(cell.vertices[k]);
-    if (corner < 0) return ApplyResult::kUnknownVertex;
+    const VertexIndex corner = vertex_table_.find(cell.vertices[k]);
+    if (!corner.is_valid()) return ApplyResult::kUnknownVertex;
     (*corners)[k] = corner;
     for (size_t l = 0; l < k; ++l) {
       if ((*corners)[l] == corner) return ApplyResult::kRepeatedVertex;
@@ -313,95 +317,92 @@ ApplyResult CellComplex::find_corners(const CarvingCell& cell, Corners* corners)
   return ApplyResult::kOk;
 }
 
-int32_t CellComplex::new_point() {
-  if (free_points_.empty()) {
-    points_.emplace_back();
-    return vertex_limit() - 1;
-  }
-  const int32_t i = free_points_.back();
+VertexIndex CellComplex::new_point() {
+  if (free_points_.empty()) return points_.emplace_back();
+  const VertexIndex i = free_points_.back();
   free_points_.pop_back();
   return i;
 }
 
 // ---- Neighbours ---------------------------------------------------------------------------------
 
-ApplyResult CellComplex::attach(int32_t cell, const Corners& corners, const Evidence& evidence,
+ApplyResult CellComplex::attach(CellId cell, const Corners& corners, const Evidence& evidence,
                                 double volume) {
+  for (const Slot slot : slots_of(cell)) vertices_[slot] = corners[corner_of(slot)];
   for (int32_t k = 0; k < 4; ++k) {
-    vertices_[index(4 * cell + k)] = corners[static_cast<size_t>(k)];
-  }
-  for (int32_t k = 0; k < 4; ++k) {
-    const ApplyResult result = attach_facet(4 * cell + k);
+    const ApplyResult result = attach_facet(slot_of(cell, k));
     if (result == ApplyResult::kOk) continue;
-    while (k-- > 0) detach_facet(4 * cell + k);
+    while (k-- > 0) detach_facet(slot_of(cell, k));
     return result;
   }
-  for (const int32_t corner : corners) ++points_[index(corner)].degree;
+  for (const VertexIndex corner : corners) ++points_[corner].degree;
   set_evidence(cell, evidence);
-  volumes_[index(cell)] = volume;
+  volumes_[cell] = volume;
   ++cell_count_;
   return ApplyResult::kOk;
 }
 
-void CellComplex::detach(int32_t cell) {
-  for (int32_t k = 0; k < 4; ++k) {
-    detach_facet(4 * cell + k);
-    --points_[index(vertex(4 * cell + k))].degree;
+void CellComplex::detach(CellId cell) {
+  for (const Slot slot : slots_of(cell)) {
+    detach_facet(slot);
+    --points_[vertex(slot)].degree;
   }
   clear_cell(cell);
 }
 
-void CellComplex::clear_cell(int32_t cell) {
+void CellComplex::clear_cell(CellId cell) {
   touch(cell);
-  constraints_[index(cell)] = -1;
-  votes_[index(cell)] = {};
-  volumes_[index(cell)] = 0;
+  constraints_[cell] = -1;
+  votes_[cell] = {};
+  volumes_[cell] = 0;
   --cell_count_;
 }
 
-ApplyResult CellComplex::attach_facet(int32_t slot) {
+ApplyResult CellComplex::attach_facet(Slot slot) {
   const FacetKey key = facet_key(slot);
   const FacetTable::Entry* entry = facets_.find(key);
   if (entry == nullptr) {
-    twins_[index(slot)] = -1;
+    twins_[slot] = Slot();
     facets_.insert(key, slot);
     ++facet_count_;
     return ApplyResult::kOk;
   }
-  if (twin(entry->slot) >= 0) return ApplyResult::kCrowdedFacet;
+  if (twin(entry->slot).is_valid()) return ApplyResult::kCrowdedFacet;
   if (entry->key == key) return ApplyResult::kOverlappingCells;
-  twins_[index(slot)] = entry->slot;
-  twins_[index(entry->slot)] = slot;
+  twins_[slot] = entry->slot;
+  twins_[entry->slot] = slot;
   return ApplyResult::kOk;
 }
 
-void CellComplex::detach_facet(int32_t slot) {
+void CellComplex::detach_facet(Slot slot) {
   const FacetKey key = facet_key(slot);
   FacetTable::Entry* entry = facets_.find(key);
   FORESIGHT_CHECK(entry != nullptr);
-  if (twin(slot) < 0) {
+  if (!twin(slot).is_valid()) {
     facets_.erase(entry);
     --facet_count_;
     return;
   }
   *entry = {twin(slot), key.reversed()};
-  twins_[index(entry->slot)] = -1;
-  twins_[index(slot)] = -1;
+  twins_[entry->slot] = Slot();
+  twins_[slot] = Slot();
 }
 
-FacetKey CellComplex::facet_key(int32_t slot) const {
-  const auto& corners = kFacetCorners[index(slot % 4)];
-  const int32_t first = slot - slot % 4;
-  return FacetKey::of(
-      {vertex(first + corners[0]), vertex(first + corners[1]), vertex(first + corners[2])});
+// Counter-clockwise seen from outside of the cell.
+std::array<VertexIndex, 3> CellComplex::facet_vertices(Slot slot) const {
+  const auto& corners = kFacetCorners[corner_of(slot)];
+  const CellId cell = cell_of(slot);
+  return {vertex(slot_of(cell, corners[0])), vertex(slot_of(cell, corners[1])),
+          vertex(slot_of(cell, corners[2]))};
 }
+
+FacetKey CellComplex::facet_key(Slot slot) const { return FacetKey::of(facet_vertices(slot)); }
 
 /// Summed up in the order of vertex ids: the same number whichever cell came first.
-double CellComplex::area(int32_t slot) const {
-  const auto& corners = kFacetCorners[index(slot % 4)];
-  std::array<int32_t, 3> v{};
-  for (size_t j = 0; j < 3; ++j) v[j] = vertex(slot - slot % 4 + corners[j]);
-  std::sort(v.begin(), v.end(), [&](int32_t a, int32_t b) { return vertex_id(a) < vertex_id(b); });
+double CellComplex::area(Slot slot) const {
+  std::array<VertexIndex, 3> v = facet_vertices(slot);
+  std::sort(v.begin(), v.end(),
+            [&](VertexIndex a, VertexIndex b) { return vertex_id(a) < vertex_id(b); });
   const Eigen::Vector3d origin = position_in_map(v[0]).cast<double>();
   const Eigen::Vector3d a = position_in_map(v[1]).cast<double>() - origin;
   const Eigen::Vector3d b = position_in_map(v[2]).cast<double>() - origin;

@@ -1,8 +1,8 @@
 // The carved tetrahedralisation as dense arrays with neighbours: what CarvingDelta's add up to.
 //
-// A cell is a dense index, its facet k (0…3) lies opposite its vertex k, and "slot" 4·cell + k
-// names both the vertex and the facet. twin(slot) is the same facet seen from the cell behind it;
-// the complex is thus directly the 4-connected graph that MaxFlow cuts.
+// A cell is a dense index, its facet k (0…3) lies opposite its vertex k, and a Slot names both the
+// vertex and the facet. twin(slot) is the same facet seen from the cell behind it; the complex is
+// thus directly the 4-connected graph that MaxFlow cuts.
 //
 //   CellComplex complex;
 //   if (complex.apply(delta) != ApplyResult::kOk) request_snapshot();
@@ -21,9 +21,10 @@
 #include <vector>
 
 #include "common/carving_delta.h"
+#include "common/id.h"
 #include "procs/mesher/apply_result.h"
 #include "procs/mesher/facet_table.h"
-#include "procs/mesher/vertex_index.h"
+#include "procs/mesher/vertex_table.h"
 
 namespace foresight {
 
@@ -34,41 +35,44 @@ class CellComplex {
   [[nodiscard]] ApplyResult apply(const CarvingDelta& delta);
   void reset();
 
-  /// One more than the largest cell index in use so far; there may be gaps.
-  int32_t cell_limit() const { return static_cast<int32_t>(constraints_.size()); }
+  /// One beyond the largest cell in use so far; there may be gaps.
+  CellId cell_limit() const { return constraints_.limit(); }
+  /// All below the limit; exists() tells which are there.
+  IdRange<CellId> cells() const { return constraints_.ids(); }
+  IdRange<Slot> slots() const { return vertices_.ids(); }
   int32_t cell_count() const { return cell_count_; }
-  int32_t vertex_count() const { return vertex_indices_.size(); }
+  int32_t vertex_count() const { return vertex_table_.size(); }
   /// Facets with one cell only: the hull. Twelve for a cube of corners.
   int32_t hull_facet_count() const { return 2 * facet_count_ - 4 * cell_count_; }
 
-  bool exists(int32_t cell) const { return constraints_[index(cell)] >= 0; }
-  int32_t constraints(int32_t cell) const { return constraints_[index(cell)]; }
+  bool exists(CellId cell) const { return constraints_[cell] >= 0; }
+  int32_t constraints(CellId cell) const { return constraints_[cell]; }
   /// What the constraints say of the cell; CellVotes::entered by the facet's place in the cell.
-  const CellVotes& votes(int32_t cell) const { return votes_[index(cell)]; }
-  double volume(int32_t cell) const { return volumes_[index(cell)]; }  // mu³, ≥ 0
+  const CellVotes& votes(CellId cell) const { return votes_[cell]; }
+  double volume(CellId cell) const { return volumes_[cell]; }  // mu³, ≥ 0
 
-  /// The facet from the other side, or −1 on the hull.
-  int32_t twin(int32_t slot) const { return twins_[index(slot)]; }
+  /// The facet from the other side, or none on the hull.
+  Slot twin(Slot slot) const { return twins_[slot]; }
   /// In mu², equal to the last bit from both sides. Computed anew each time.
-  double area(int32_t slot) const;
-  /// A dense index of the vertex in `slot`.
-  int32_t vertex(int32_t slot) const { return vertices_[index(slot)]; }
+  double area(Slot slot) const;
+  VertexIndex vertex(Slot slot) const { return vertices_[slot]; }
 
-  /// Vertex indices have gaps, too: exists_vertex() tells.
-  int32_t vertex_limit() const { return static_cast<int32_t>(points_.size()); }
-  bool exists_vertex(int32_t vertex) const { return points_[index(vertex)].exists; }
-  /// The vertex of this id, or −1.
-  int32_t find_vertex(VertexId id) const { return vertex_indices_.find(id); }
-  VertexId vertex_id(int32_t vertex) const { return points_[index(vertex)].id; }
-  int32_t vertex_degree(int32_t vertex) const { return points_[index(vertex)].degree; }
-  const Eigen::Vector3f& position_in_map(int32_t vertex) const {
-    return points_[index(vertex)].position_in_map;
+  /// Vertices have gaps, too: exists_vertex() tells.
+  VertexIndex vertex_limit() const { return points_.limit(); }
+  IdRange<VertexIndex> vertices() const { return points_.ids(); }
+  bool exists_vertex(VertexIndex vertex) const { return points_[vertex].exists; }
+  /// The vertex of this id, or none.
+  VertexIndex find_vertex(VertexId id) const { return vertex_table_.find(id); }
+  VertexId vertex_id(VertexIndex vertex) const { return points_[vertex].id; }
+  int32_t vertex_degree(VertexIndex vertex) const { return points_[vertex].degree; }
+  const Eigen::Vector3f& position_in_map(VertexIndex vertex) const {
+    return points_[vertex].position_in_map;
   }
-  const VertexEvidence& evidence(int32_t vertex) const { return points_[index(vertex)].evidence; }
+  const VertexEvidence& evidence(VertexIndex vertex) const { return points_[vertex].evidence; }
 
   /// Cells that came, went or have other votes since the last call (perhaps none the wiser), once
   /// each.
-  std::vector<int32_t> take_touched();
+  std::vector<CellId> take_touched();
 
   /// Re-derives every invariant the slow way: nothing, or the first that is broken. For tests.
   std::optional<std::string_view> find_broken_invariant() const;
@@ -81,7 +85,7 @@ class CellComplex {
     int32_t degree = 0;  // cells that use it
     bool exists = false;
   };
-  using Corners = std::array<int32_t, 4>;
+  using Corners = std::array<VertexIndex, 4>;
   struct Evidence {
     int32_t constraints = 0;
     CellVotes votes;
@@ -90,7 +94,6 @@ class CellComplex {
   /// What apply() did so far, to be undone from the end.
   struct Journal;
 
-  static size_t index(int32_t i) { return static_cast<size_t>(i); }
   ApplyResult try_apply(const CarvingDelta& delta, Journal* journal);
   ApplyResult remove_cell(const CellId& id, Journal* journal);
   ApplyResult remove_vertex(const VertexId& id, Journal* journal);
@@ -98,41 +101,39 @@ class CellComplex {
   ApplyResult add_all_cells(const std::vector<CarvingCell>& cells);
   ApplyResult place_cell(const CarvingCell& cell);
   ApplyResult pair_all_facets(const std::vector<CarvingCell>& cells);
-  void pair_facet(int32_t slot, int32_t twin);
+  void pair_facet(Slot slot, Slot twin);
   void remove_all_cells();
   void know_facets();
   ApplyResult add_cell(const CarvingCell& cell, Journal* journal);
   ApplyResult update_cell(const CarvingCellUpdate& update, Journal* journal);
   ApplyResult update_vertex(const CarvingVertexUpdate& update, Journal* journal);
   void resize_cells(size_t limit);
-  void touch(int32_t cell);
+  void touch(CellId cell);
   void commit(const Journal& journal);
   void roll_back(const Journal& journal);
 
   ApplyResult check_cell(const CarvingCell& cell, Corners* corners, double* volume) const;
   ApplyResult find_corners(const CarvingCell& cell, Corners* corners) const;
-  ApplyResult attach(int32_t cell, const Corners& corners, const Evidence& evidence, double volume);
-  void set_evidence(int32_t cell, const Evidence& evidence);
-  void detach(int32_t cell);
-  void clear_cell(int32_t cell);
-  ApplyResult attach_facet(int32_t slot);
-  void detach_facet(int32_t slot);
-  FacetKey facet_key(int32_t slot) const;
-  int32_t new_point();
+  ApplyResult attach(CellId cell, const Corners& corners, const Evidence& evidence, double volume);
+  void set_evidence(CellId cell, const Evidence& evidence);
+  void detach(CellId cell);
+  void clear_cell(CellId cell);
+  ApplyResult attach_facet(Slot slot);
+  void detach_facet(Slot slot);
+  std::array<VertexIndex, 3> facet_vertices(Slot slot) const;
+  FacetKey facet_key(Slot slot) const;
+  VertexIndex new_point();
 
-  // By cell.
-  std::vector<int32_t> constraints_;  // −1: no such cell
-  std::vector<CellVotes> votes_;
-  std::vector<double> volumes_;
-  std::vector<uint8_t> is_touched_;
-  std::vector<int32_t> touched_;
-  // By slot.
-  std::vector<int32_t> vertices_;
-  std::vector<int32_t> twins_;
-  // By vertex.
-  std::vector<Point> points_;
-  std::vector<int32_t> free_points_;
-  VertexIndex vertex_indices_{VertexId::kHullCorners};
+  IdVector<CellId, int32_t> constraints_;  // −1: no such cell
+  IdVector<CellId, CellVotes> votes_;
+  IdVector<CellId, double> volumes_;
+  IdVector<CellId, uint8_t> is_touched_;
+  std::vector<CellId> touched_;
+  IdVector<Slot, VertexIndex> vertices_;
+  IdVector<Slot, Slot> twins_;
+  IdVector<VertexIndex, Point> points_;
+  std::vector<VertexIndex> free_points_;
+  VertexTable vertex_table_;
 
   FacetTable facets_;
   bool facets_known_ = true;  // not yet, after a whole complex was added

@@ -9,13 +9,13 @@ namespace {
 
 /// A facet without its smallest vertex; `low` < `high`.
 struct Facet {
-  int32_t low = 0, high = 0;
-  int32_t slot = 0;
+  VertexIndex low, high;
+  Slot slot;
   bool ascending = false;  // counter-clockwise from outside: smallest vertex, low, high
   bool same_as(const Facet& other) const { return low == other.low && high == other.high; }
 };
 
-Facet facet_of(const FacetKey& key, int32_t slot) {
+Facet facet_of(const FacetKey& key, Slot slot) {
   const auto [low, high] = std::minmax(key.vertices[1], key.vertices[2]);
   return {low, high, slot, key.vertices[1] == low};
 }
@@ -40,13 +40,13 @@ ApplyResult CellComplex::place_cell(const CarvingCell& cell) {
   double volume = 0;
   const ApplyResult result = check_cell(cell, &corners, &volume);
   if (result != ApplyResult::kOk) return result;
-  const int32_t id = cell.id.value();
-  for (int32_t k = 0; k < 4; ++k) {
-    vertices_[index(4 * id + k)] = corners[index(k)];
-    ++points_[index(corners[index(k)])].degree;
+  for (const Slot slot : slots_of(cell.id)) {
+    const VertexIndex corner = corners[corner_of(slot)];
+    vertices_[slot] = corner;
+    ++points_[corner].degree;
   }
-  set_evidence(id, {cell.constraints, cell.votes});
-  volumes_[index(id)] = volume;
+  set_evidence(cell.id, {cell.constraints, cell.votes});
+  volumes_[cell.id] = volume;
   ++cell_count_;
   return ApplyResult::kOk;
 }
@@ -56,20 +56,19 @@ ApplyResult CellComplex::pair_all_facets(const std::vector<CarvingCell>& cells) 
   std::vector<size_t> ends(points_.size() + 1, 0);
   const auto for_each_facet = [&](auto&& visit) {
     for (const CarvingCell& cell : cells) {
-      const int32_t first = 4 * cell.id.value();
-      for (int32_t slot = first; slot < first + 4; ++slot) visit(facet_key(slot), slot);
+      for (const Slot slot : slots_of(cell.id)) visit(facet_key(slot), slot);
     }
   };
-  for_each_facet([&](const FacetKey& key, int32_t) { ++ends[index(key.vertices[0]) + 1]; });
+  for_each_facet([&](const FacetKey& key, Slot) { ++ends[key.vertices[0].index() + 1]; });
   for (size_t v = 1; v < ends.size(); ++v) ends[v] += ends[v - 1];
   std::vector<Facet> facets(4 * cells.size());
-  for_each_facet([&](const FacetKey& key, int32_t slot) {
-    facets[ends[index(key.vertices[0])]++] = facet_of(key, slot);
+  for_each_facet([&](const FacetKey& key, Slot slot) {
+    facets[ends[key.vertices[0].index()]++] = facet_of(key, slot);
   });
   size_t first = 0;
   for (size_t v = 0; v < points_.size(); ++v) {
-    const auto begin = facets.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto end = facets.begin() + static_cast<std::ptrdiff_t>(ends[v]);
+    const auto begin = facets.begin() + first;
+    const auto end = facets.begin() + ends[v];
     std::sort(begin, end, [](const Facet& a, const Facet& b) {
       return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.slot < b.slot;
     });
@@ -79,7 +78,7 @@ ApplyResult CellComplex::pair_all_facets(const std::vector<CarvingCell>& cells) 
       if (next - facet > 2) return ApplyResult::kCrowdedFacet;
       const bool paired = next - facet == 2;
       if (paired && facet->ascending == facet[1].ascending) return ApplyResult::kOverlappingCells;
-      pair_facet(facet->slot, paired ? facet[1].slot : -1);
+      pair_facet(facet->slot, paired ? facet[1].slot : Slot());
       facet = next;
     }
     first = ends[v];
@@ -88,18 +87,18 @@ ApplyResult CellComplex::pair_all_facets(const std::vector<CarvingCell>& cells) 
   return ApplyResult::kOk;
 }
 
-void CellComplex::pair_facet(int32_t slot, int32_t twin) {
+void CellComplex::pair_facet(Slot slot, Slot twin) {
   ++facet_count_;
-  twins_[index(slot)] = twin;
-  if (twin >= 0) twins_[index(twin)] = slot;
+  twins_[slot] = twin;
+  if (twin.is_valid()) twins_[twin] = slot;
 }
 
 void CellComplex::remove_all_cells() {
-  for (int32_t cell = 0; cell < cell_limit(); ++cell) {
+  for (const CellId cell : cells()) {
     if (!exists(cell)) continue;
-    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
-      --points_[index(vertex(slot))].degree;
-      twins_[index(slot)] = -1;
+    for (const Slot slot : slots_of(cell)) {
+      --points_[vertex(slot)].degree;
+      twins_[slot] = Slot();
     }
     clear_cell(cell);
   }
@@ -110,9 +109,9 @@ void CellComplex::remove_all_cells() {
 
 void CellComplex::know_facets() {
   if (facets_known_) return;
-  facets_.reserve(static_cast<size_t>(facet_count_));
-  for (int32_t slot = 0; slot < 4 * cell_limit(); ++slot) {
-    if (exists(slot / 4) && twin(slot) < slot) facets_.insert(facet_key(slot), slot);
+  facets_.reserve(facet_count_);
+  for (const Slot slot : slots()) {
+    if (exists(cell_of(slot)) && twin(slot) < slot) facets_.insert(facet_key(slot), slot);
   }
   facets_known_ = true;
 }

@@ -10,6 +10,9 @@
 
 namespace foresight {
 
+/// The graph has a node for each cell, and an arc for each facet as the cell sees it.
+inline MaxFlow::NodeId node_of(CellId cell) { return MaxFlow::NodeId(cell.value()); }
+
 /// Weights of the visibility energy, in votes: what one ray says weighs 1.
 struct VisibilityWeights {
   /// Of a ray that ends at a point, for surface behind that point.
@@ -37,17 +40,15 @@ class VisibilityGraph {
   void reset();
 
  private:
-  float cosine(int32_t slot) const {
-    return cosines_[static_cast<size_t>(slot / 4)][static_cast<size_t>(slot % 4)];
-  }
-  void unlink_old(const CellComplex& complex, int32_t cell, MaxFlow* flow) const;
+  float cosine(Slot slot) const { return cosines_[cell_of(slot)][corner_of(slot)]; }
+  void unlink_old(const CellComplex& complex, CellId cell, MaxFlow* flow) const;
   enum class Links { kAll, kOnce };  // of the cell, or of each pair of cells from the first one
-  void weigh_cell(const CellComplex& complex, int32_t cell, Links links, MaxFlow* flow) const;
-  void weigh_neighbours(const CellComplex& complex, int32_t cell, MaxFlow* flow) const;
-  void weigh_terminal(const CellComplex& complex, int32_t cell, MaxFlow* flow) const;
+  void weigh_cell(const CellComplex& complex, CellId cell, Links links, MaxFlow* flow) const;
+  void weigh_neighbours(const CellComplex& complex, CellId cell, MaxFlow* flow) const;
+  void weigh_terminal(const CellComplex& complex, CellId cell, MaxFlow* flow) const;
 
   VisibilityWeights weights_;
-  std::vector<std::array<float, 4>> cosines_;  // by cell and facet
+  IdVector<CellId, std::array<float, 4>> cosines_;  // and by facet
   bool started_ = false;
 };
 

@@ -12,15 +12,25 @@
 #include <vector>
 
 #include "common/check.h"
+#include "procs/mesher/vertex_table.h"
 
 namespace foresight {
+
+/// A corner of a cell, and the facet opposite to it: number 4 · cell + corner.
+using Slot = Id<struct CellSlotTag>;
+
+constexpr Slot slot_of(CellId cell, int32_t corner) { return Slot(4 * cell.value() + corner); }
+constexpr CellId cell_of(Slot slot) { return CellId(slot.value() / 4); }
+constexpr int32_t corner_of(Slot slot) { return slot.value() % 4; }
+/// The four of a cell.
+constexpr IdRange<Slot> slots_of(CellId cell) { return {slot_of(cell, 0), slot_of(cell, 4)}; }
 
 /// A facet as one of its cells sees it: counter-clockwise from outside, the smallest vertex first.
 /// The other cell sees it reversed.
 struct FacetKey {
-  std::array<int32_t, 3> vertices{};
+  std::array<VertexIndex, 3> vertices{};
 
-  static FacetKey of(const std::array<int32_t, 3>& outward) {
+  static FacetKey of(const std::array<VertexIndex, 3>& outward) {
     const auto [a, b, c] = outward;
     if (a < b && a < c) return {{a, b, c}};
     return b < c ? FacetKey{{b, c, a}} : FacetKey{{c, a, b}};
@@ -31,9 +41,9 @@ struct FacetKey {
   /// The same from both sides.
   uint32_t hash() const {
     const auto [low, high] = std::minmax(vertices[1], vertices[2]);
-    uint64_t h = static_cast<uint32_t>(vertices[0]);
-    h = (h << 32 | static_cast<uint32_t>(low)) * 0x9E3779B97F4A7C15u;
-    h = ((h ^ h >> 29) + static_cast<uint32_t>(high)) * 0xBF58476D1CE4E5B9u;
+    uint64_t h = vertices[0].index();
+    h = (h << 32 | low.index()) * 0x9E3779B97F4A7C15u;
+    h = ((h ^ h >> 29) + high.index()) * 0xBF58476D1CE4E5B9u;
     return static_cast<uint32_t>(h >> 32);
   }
 };
@@ -41,8 +51,8 @@ struct FacetKey {
 class FacetTable {
  public:
   struct Entry {
-    int32_t slot = -1;  // −1: empty
-    FacetKey key;       // as the slot's cell sees it
+    Slot slot;     // none: empty
+    FacetKey key;  // as the slot's cell sees it
   };
 
   int32_t size() const { return size_; }
@@ -63,14 +73,14 @@ class FacetTable {
   Entry* find(const FacetKey& key) {
     if (entries_.empty()) return nullptr;
     const FacetKey reversed = key.reversed();
-    for (size_t i = key.hash() & mask(); entries_[i].slot >= 0; i = (i + 1) & mask()) {
+    for (size_t i = key.hash() & mask(); entries_[i].slot.is_valid(); i = (i + 1) & mask()) {
       if (entries_[i].key == key || entries_[i].key == reversed) return &entries_[i];
     }
     return nullptr;
   }
 
-  void insert(const FacetKey& key, int32_t slot) {
-    if (entries_.size() < 2 * static_cast<size_t>(size_ + 1)) {
+  void insert(const FacetKey& key, Slot slot) {
+    if (std::ssize(entries_) < 2 * (size_ + 1)) {
       grow_to(std::max<size_t>(64, 2 * entries_.size()));
     }
     place({slot, key});
@@ -78,9 +88,9 @@ class FacetTable {
   }
 
   void erase(const Entry* entry) {
-    size_t hole = static_cast<size_t>(entry - entries_.data());
+    size_t hole = entry - entries_.data();
     FORESIGHT_CHECK(hole < entries_.size() && size_ > 0);
-    for (size_t i = (hole + 1) & mask(); entries_[i].slot >= 0; i = (i + 1) & mask()) {
+    for (size_t i = (hole + 1) & mask(); entries_[i].slot.is_valid(); i = (i + 1) & mask()) {
       // An entry may move back to the hole unless its home lies behind the hole.
       const size_t home = entries_[i].key.hash() & mask();
       if (((i - home) & mask()) < ((i - hole) & mask())) continue;
@@ -95,14 +105,14 @@ class FacetTable {
   size_t mask() const { return entries_.size() - 1; }
   void place(const Entry& entry) {
     size_t i = entry.key.hash() & mask();
-    while (entries_[i].slot >= 0) i = (i + 1) & mask();
+    while (entries_[i].slot.is_valid()) i = (i + 1) & mask();
     entries_[i] = entry;
   }
   void grow_to(size_t capacity) {
     std::vector<Entry> old(capacity);
     old.swap(entries_);
     for (const Entry& entry : old) {
-      if (entry.slot >= 0) place(entry);
+      if (entry.slot.is_valid()) place(entry);
     }
   }
 

@@ -27,7 +27,7 @@ struct Isosurface {
 /// Facets between cells with `carved[cell]` and the rest, in the order of cells. The normals point
 /// into carved space. `carved` has complex.cell_limit() entries, zero where no cell exists.
 /// O(cells + triangles).
-Isosurface extract_isosurface(const CellComplex& complex, const std::vector<uint8_t>& carved,
+Isosurface extract_isosurface(const CellComplex& complex, const IdVector<CellId, uint8_t>& carved,
                               ManifoldRepair repair);
 
 }  // namespace foresight

@@ -21,67 +21,65 @@ void MaxFlow::reset(int32_t node_count) {
 }
 
 void MaxFlow::grow_to(int32_t node_count) {
-  const auto count = static_cast<size_t>(std::max(node_count, this->node_count()));
+  const size_t count = std::max(node_count, this->node_count());
   nodes_.resize(count);
   arcs_.resize(count);
   capacities_.resize(count * kDegree);
   terminals_.resize(count);
 }
 
-void MaxFlow::connect(int32_t slot_a, int32_t slot_b, Capacity a_to_b, Capacity b_to_a) {
-  Arc& a = arc(slot_a);
-  Arc& b = arc(slot_b);
-  FORESIGHT_CHECK(a.twin < 0 && b.twin < 0 && slot_a != slot_b && a_to_b >= 0 && b_to_a >= 0);
-  a = {a_to_b, slot_b};
-  b = {b_to_a, slot_a};
-  capacities_[static_cast<size_t>(slot_a)] = a_to_b;
-  capacities_[static_cast<size_t>(slot_b)] = b_to_a;
+void MaxFlow::connect(ArcId a, ArcId b, Capacity a_to_b, Capacity b_to_a) {
+  FORESIGHT_CHECK(!twin(a).is_valid() && !twin(b).is_valid() && a != b);
+  FORESIGHT_CHECK(a_to_b >= 0 && b_to_a >= 0);
+  arc(a) = {a_to_b, b};
+  arc(b) = {b_to_a, a};
+  capacities_[a] = a_to_b;
+  capacities_[b] = b_to_a;
 }
 
-void MaxFlow::set_link(int32_t slot_a, int32_t slot_b, Capacity a_to_b, Capacity b_to_a) {
-  if (arc(slot_a).twin < 0) return connect(slot_a, slot_b, a_to_b, b_to_a);
-  FORESIGHT_CHECK(arc(slot_a).twin == slot_b && a_to_b >= 0 && b_to_a >= 0);
-  arc(slot_a).residual += a_to_b - std::exchange(capacities_[static_cast<size_t>(slot_a)], a_to_b);
-  arc(slot_b).residual += b_to_a - std::exchange(capacities_[static_cast<size_t>(slot_b)], b_to_a);
-  repair(slot_a);
-  repair(slot_b);
+void MaxFlow::set_link(ArcId a, ArcId b, Capacity a_to_b, Capacity b_to_a) {
+  if (!twin(a).is_valid()) return connect(a, b, a_to_b, b_to_a);
+  FORESIGHT_CHECK(twin(a) == b && a_to_b >= 0 && b_to_a >= 0);
+  arc(a).residual += a_to_b - std::exchange(capacities_[a], a_to_b);
+  arc(b).residual += b_to_a - std::exchange(capacities_[b], b_to_a);
+  repair(a);
+  repair(b);
 }
 
 /// More flows through the arc than it holds: the two residuals together are what they should be, so
 /// the opposite one has it. −m·[a∈S][b∈T] = −m·[b∈T] + m·[a∈T] − m·[a∈T][b∈S].
-void MaxFlow::repair(int32_t arc_slot) {
-  Arc& a = arc(arc_slot);
-  if (a.residual >= 0) return;
-  const Capacity missing = -a.residual;
-  a.residual = 0;
-  arc(a.twin).residual -= missing;
+void MaxFlow::repair(ArcId a) {
+  if (arc(a).residual >= 0) return;
+  const Capacity missing = -arc(a).residual;
+  arc(a).residual = 0;
+  arc(twin(a)).residual -= missing;
   flow_ -= missing;
-  add_residual(owner(a.twin), -missing);
-  add_residual(owner(arc_slot), missing);
+  add_residual(owner(twin(a)), -missing);
+  add_residual(owner(a), missing);
 }
 
-void MaxFlow::unlink(int32_t slot) {
-  const int32_t other = arc(slot).twin;
-  if (other < 0) return;
-  set_link(slot, other, 0, 0);
-  arc(slot) = Arc{};
+void MaxFlow::unlink(ArcId a) {
+  const ArcId other = twin(a);
+  if (!other.is_valid()) return;
+  set_link(a, other, 0, 0);
+  arc(a) = Arc{};
   arc(other) = Arc{};
 }
 
-void MaxFlow::set_terminal(int32_t i, Capacity capacity) {
-  const Capacity before = std::exchange(terminals_[static_cast<size_t>(i)], capacity);
+void MaxFlow::set_terminal(NodeId i, Capacity capacity) {
+  const Capacity before = std::exchange(terminals_[i], capacity);
   const Capacity change = capacity - before;
   const auto to_sink = [](Capacity c) { return std::max<Capacity>(-c, 0); };
   flow_ += to_sink(capacity) - to_sink(before) - to_sink(change);
   add_residual(i, change);
 }
 
-void MaxFlow::add_terminal(int32_t i, Capacity capacity) {
-  terminals_[static_cast<size_t>(i)] += capacity;
+void MaxFlow::add_terminal(NodeId i, Capacity capacity) {
+  terminals_[i] += capacity;
   add_residual(i, capacity);
 }
 
-void MaxFlow::add_residual(int32_t i, Capacity capacity) {
+void MaxFlow::add_residual(NodeId i, Capacity capacity) {
   Capacity& terminal = node(i).terminal;
   if ((terminal > 0) != (capacity > 0)) flow_ += std::min(std::abs(terminal), std::abs(capacity));
   terminal += capacity;
@@ -91,18 +89,18 @@ MaxFlow::Capacity MaxFlow::solve() {
   decide_heavy_nodes();
   plant_trees();
   now_ = 0;
-  int32_t current = -1;
+  NodeId current;
   while (true) {
     // A node that met the other tree keeps growing until it has nothing left to meet.
-    if (current < 0 || node(current).tree == Tree::kNone) current = next_active();
-    if (current < 0) break;
-    const int32_t meeting_slot = grow(current);
-    if (meeting_slot < 0) {
-      current = -1;
+    if (!current.is_valid() || node(current).tree == Tree::kNone) current = next_active();
+    if (!current.is_valid()) break;
+    const ArcId meeting = grow(current);
+    if (!meeting.is_valid()) {
+      current = NodeId();
       continue;
     }
     ++now_;
-    augment(meeting_slot);
+    augment(meeting);
     while (orphans_head_ < orphans_.size()) adopt(orphans_[orphans_head_++]);
     orphans_.clear();
     orphans_head_ = 0;
@@ -116,13 +114,13 @@ MaxFlow::Capacity MaxFlow::solve() {
 void MaxFlow::decide_heavy_nodes() {
   decided_count_ = 0;
   undecided_.resize(nodes_.size());
-  for (int32_t i = 0; i < node_count(); ++i) {
-    undecided_[static_cast<size_t>(i)] = node_count() - 1 - i;
+  for (const NodeId i : nodes_.ids()) {
+    undecided_[i.index()] = NodeId(node_count() - 1 - i.value());
     node(i).decided = false;
     node(i).queued = true;
   }
   while (!undecided_.empty()) {
-    const int32_t i = undecided_.back();
+    const NodeId i = undecided_.back();
     undecided_.pop_back();
     node(i).queued = false;
     if (!node(i).decided && try_decide(i)) ++decided_count_;
@@ -130,13 +128,13 @@ void MaxFlow::decide_heavy_nodes() {
 }
 
 /// A tie goes to the sink: that keeps the source side minimal.
-bool MaxFlow::try_decide(int32_t i) {
+bool MaxFlow::try_decide(NodeId i) {
   const Capacity terminal = node(i).terminal;
   const Tree tree = terminal > 0 ? Tree::kSource : Tree::kSink;
   Capacity links = 0;
-  for (int32_t a = slot(i, 0); a < slot(i, kDegree); ++a) {
-    const int32_t twin = arc(a).twin;
-    if (twin >= 0 && !node(owner(twin)).decided) links += outward(tree, a);
+  for (const ArcId a : arcs_of(i)) {
+    const ArcId twin = arc(a).twin;
+    if (twin.is_valid() && !node(owner(twin)).decided) links += outward(tree, a);
   }
   const bool heavy = tree == Tree::kSource ? terminal > links : -terminal >= links;
   if (heavy) settle(i, tree);
@@ -146,14 +144,14 @@ bool MaxFlow::try_decide(int32_t i) {
 /// Moves all that node i can send (or, at the sink, take) over to its undecided neighbours'
 /// t-links. This re-writes the energy without changing it: x·[i∈S][j∈T] = x·[j∈T] − x·[i∈T] +
 /// x·[i∈T][j∈S].
-void MaxFlow::settle(int32_t i, Tree tree) {
+void MaxFlow::settle(NodeId i, Tree tree) {
   const Capacity sign = tree == Tree::kSource ? 1 : -1;
   node(i).decided = true;
   node(i).tree = tree;
-  for (int32_t a = slot(i, 0); a < slot(i, kDegree); ++a) {
-    const int32_t twin = arc(a).twin;
-    if (twin < 0 || node(owner(twin)).decided) continue;
-    const int32_t j = owner(twin);
+  for (const ArcId a : arcs_of(i)) {
+    const ArcId twin = arc(a).twin;
+    if (!twin.is_valid() || node(owner(twin)).decided) continue;
+    const NodeId j = owner(twin);
     const Capacity amount = outward(tree, a);
     arc(a).residual -= sign * amount;
     arc(twin).residual += sign * amount;
@@ -169,10 +167,10 @@ void MaxFlow::settle(int32_t i, Tree tree) {
 // ---- The two trees ------------------------------------------------------------------------------
 
 void MaxFlow::plant_trees() {
-  active_head_ = active_tail_ = -1;
-  for (int32_t i = 0; i < node_count(); ++i) {
+  active_head_ = active_tail_ = NodeId();
+  for (const NodeId i : nodes_.ids()) {
     Node& n = node(i);
-    n.next_active = -1;
+    n.next_active = NodeId();
     n.checked_at = 0;
     n.root_distance = 1;
     n.parent = kTerminalParent;
@@ -186,11 +184,11 @@ void MaxFlow::plant_trees() {
   }
 }
 
-/// The end of the queue points to itself, so that every queued node has next_active ≥ 0.
-void MaxFlow::activate(int32_t i) {
-  if (node(i).next_active >= 0) return;
+/// The end of the queue points to itself, so that every queued node has one.
+void MaxFlow::activate(NodeId i) {
+  if (node(i).next_active.is_valid()) return;
   node(i).next_active = i;
-  if (active_tail_ < 0) {
+  if (!active_tail_.is_valid()) {
     active_head_ = i;
   } else {
     node(active_tail_).next_active = i;
@@ -198,25 +196,25 @@ void MaxFlow::activate(int32_t i) {
   active_tail_ = i;
 }
 
-int32_t MaxFlow::next_active() {
-  while (active_head_ >= 0) {
-    const int32_t i = active_head_;
-    const int32_t next = node(i).next_active;
-    active_head_ = next == i ? -1 : next;
-    if (active_head_ < 0) active_tail_ = -1;
-    node(i).next_active = -1;
+MaxFlow::NodeId MaxFlow::next_active() {
+  while (active_head_.is_valid()) {
+    const NodeId i = active_head_;
+    const NodeId next = node(i).next_active;
+    active_head_ = next == i ? NodeId() : next;
+    if (!active_head_.is_valid()) active_tail_ = NodeId();
+    node(i).next_active = NodeId();
     if (node(i).tree != Tree::kNone) return i;
   }
-  return -1;
+  return {};
 }
 
-/// Claims free neighbours for i's tree. Returns the slot, on the source's side, of the first arc
-/// found that leads to the other tree, or −1.
-int32_t MaxFlow::grow(int32_t i) {
+/// Claims free neighbours for i's tree. Returns the first arc found, on the source's side, that
+/// leads to the other tree, or none.
+MaxFlow::ArcId MaxFlow::grow(NodeId i) {
   const Node& n = node(i);
-  for (int32_t a = slot(i, 0); a < slot(i, kDegree); ++a) {
-    const int32_t twin = arc(a).twin;
-    if (twin < 0 || outward(n.tree, a) == 0) continue;
+  for (const ArcId a : arcs_of(i)) {
+    const ArcId twin = arc(a).twin;
+    if (!twin.is_valid() || outward(n.tree, a) == 0) continue;
     Node& m = node(owner(twin));
     if (m.decided) continue;
     if (m.tree == Tree::kNone) {
@@ -233,35 +231,35 @@ int32_t MaxFlow::grow(int32_t i) {
       m.root_distance = n.root_distance + 1;
     }
   }
-  return -1;
+  return {};
 }
 
 // ---- Augmentation -------------------------------------------------------------------------------
 
-void MaxFlow::augment(int32_t meeting_slot) {
-  const int32_t twin = arc(meeting_slot).twin;
-  const Capacity amount = bottleneck(meeting_slot);
-  arc(meeting_slot).residual -= amount;
+void MaxFlow::augment(ArcId meeting) {
+  const ArcId twin = arc(meeting).twin;
+  const Capacity amount = bottleneck(meeting);
+  arc(meeting).residual -= amount;
   arc(twin).residual += amount;
-  push_to_root(Tree::kSource, owner(meeting_slot), amount);
+  push_to_root(Tree::kSource, owner(meeting), amount);
   push_to_root(Tree::kSink, owner(twin), amount);
   flow_ += amount;
 }
 
-MaxFlow::Capacity MaxFlow::bottleneck(int32_t meeting_slot) {
-  int32_t root = 0;
-  const int32_t twin = arc(meeting_slot).twin;
-  Capacity amount = arc(meeting_slot).residual;
-  amount = std::min(amount, path_bottleneck(Tree::kSource, owner(meeting_slot), &root));
+MaxFlow::Capacity MaxFlow::bottleneck(ArcId meeting) {
+  NodeId root;
+  const ArcId twin = arc(meeting).twin;
+  Capacity amount = arc(meeting).residual;
+  amount = std::min(amount, path_bottleneck(Tree::kSource, owner(meeting), &root));
   amount = std::min(amount, node(root).terminal);
   amount = std::min(amount, path_bottleneck(Tree::kSink, owner(twin), &root));
   return std::min(amount, -node(root).terminal);
 }
 
-MaxFlow::Capacity MaxFlow::path_bottleneck(Tree tree, int32_t from, int32_t* root) {
+MaxFlow::Capacity MaxFlow::path_bottleneck(Tree tree, NodeId from, NodeId* root) {
   Capacity amount = std::numeric_limits<Capacity>::max();
   while (node(from).parent != kTerminalParent) {
-    const int32_t up = node(from).parent;
+    const ArcId up = node(from).parent;
     amount = std::min(amount, from_neighbour(tree, up));
     from = owner(arc(up).twin);
   }
@@ -269,11 +267,11 @@ MaxFlow::Capacity MaxFlow::path_bottleneck(Tree tree, int32_t from, int32_t* roo
   return amount;
 }
 
-void MaxFlow::push_to_root(Tree tree, int32_t from, Capacity amount) {
+void MaxFlow::push_to_root(Tree tree, NodeId from, Capacity amount) {
   const Capacity sign = tree == Tree::kSource ? 1 : -1;
   while (node(from).parent != kTerminalParent) {
-    const int32_t up = node(from).parent;
-    const int32_t down = arc(up).twin;
+    const ArcId up = node(from).parent;
+    const ArcId down = arc(up).twin;
     arc(up).residual += sign * amount;
     arc(down).residual -= sign * amount;
     if (from_neighbour(tree, up) == 0) make_orphan(from);
@@ -285,32 +283,32 @@ void MaxFlow::push_to_root(Tree tree, int32_t from, Capacity amount) {
 
 // ---- Adoption -----------------------------------------------------------------------------------
 
-void MaxFlow::make_orphan(int32_t i) {
+void MaxFlow::make_orphan(NodeId i) {
   node(i).parent = kOrphan;
   orphans_.push_back(i);
 }
 
 /// Finds the neighbour of the same tree that is nearest to the root, or sets i and its children
 /// free.
-void MaxFlow::adopt(int32_t i) {
+void MaxFlow::adopt(NodeId i) {
   const Tree tree = node(i).tree;
-  int32_t best_slot = kNoParent;
+  ArcId best = kNoParent;
   int32_t best_distance = std::numeric_limits<int32_t>::max();
-  for (int32_t a = slot(i, 0); a < slot(i, kDegree); ++a) {
-    const int32_t twin = arc(a).twin;
-    if (twin < 0 || node(owner(twin)).tree != tree || node(owner(twin)).decided) continue;
+  for (const ArcId a : arcs_of(i)) {
+    const ArcId twin = arc(a).twin;
+    if (!twin.is_valid() || node(owner(twin)).tree != tree || node(owner(twin)).decided) continue;
     if (from_neighbour(tree, a) == 0) continue;
-    const int32_t j = owner(twin);
+    const NodeId j = owner(twin);
     const int32_t distance = distance_to_root(j);
     if (distance < 0) continue;
     mark_path(j, distance);
     if (distance < best_distance) {
       best_distance = distance;
-      best_slot = a;
+      best = a;
     }
   }
-  node(i).parent = best_slot;
-  if (best_slot == kNoParent) {
+  node(i).parent = best;
+  if (best == kNoParent) {
     release(i);
   } else {
     node(i).checked_at = now_;
@@ -319,7 +317,7 @@ void MaxFlow::adopt(int32_t i) {
 }
 
 /// Number of nodes from i to its root, or −1 when the way ends at an orphan.
-int32_t MaxFlow::distance_to_root(int32_t i) {
+int32_t MaxFlow::distance_to_root(NodeId i) {
   int32_t distance = 0;
   while (true) {
     Node& n = node(i);
@@ -330,14 +328,14 @@ int32_t MaxFlow::distance_to_root(int32_t i) {
       n.root_distance = 1;
       return distance;
     }
-    if (n.parent < 0) return -1;
+    if (!n.parent.is_valid()) return -1;
     i = owner(arc(n.parent).twin);
   }
 }
 
 /// Remembers on the way up what distance_to_root found, so that each path is walked once per
 /// augmentation.
-void MaxFlow::mark_path(int32_t i, int32_t distance) {
+void MaxFlow::mark_path(NodeId i, int32_t distance) {
   while (node(i).checked_at != now_) {
     node(i).checked_at = now_;
     node(i).root_distance = distance--;
@@ -345,12 +343,12 @@ void MaxFlow::mark_path(int32_t i, int32_t distance) {
   }
 }
 
-void MaxFlow::release(int32_t i) {
+void MaxFlow::release(NodeId i) {
   const Tree tree = node(i).tree;
-  for (int32_t a = slot(i, 0); a < slot(i, kDegree); ++a) {
-    const int32_t twin = arc(a).twin;
-    if (twin < 0) continue;
-    const int32_t j = owner(twin);
+  for (const ArcId a : arcs_of(i)) {
+    const ArcId twin = arc(a).twin;
+    if (!twin.is_valid()) continue;
+    const NodeId j = owner(twin);
     if (node(j).tree != tree || node(j).decided) continue;
     if (from_neighbour(tree, a) > 0) activate(j);
     if (node(j).parent == twin) make_orphan(j);

@@ -11,7 +11,7 @@ namespace foresight {
 namespace {
 
 double median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  const auto middle = values->begin() + values->size() / 2;
   std::nth_element(values->begin(), middle, values->end());
   return *middle;
 }
@@ -65,7 +65,7 @@ Mesh Mesher::update() {
 /// outliers, by the far hull corners and by how densely a scene is sampled.
 double Mesher::scene_size() const {
   std::array<std::vector<double>, 3> axes;
-  for (int32_t i = 0; i < complex_.vertex_limit(); ++i) {
+  for (const VertexIndex i : complex_.vertices()) {
     if (!complex_.exists_vertex(i) || !complex_.vertex_id(i).is_point()) continue;
     if (complex_.vertex_degree(i) == 0) continue;
     const Eigen::Vector3f& p = complex_.position_in_map(i);
@@ -82,18 +82,18 @@ double Mesher::scene_size() const {
 }
 
 void Mesher::read_labels() {
-  carved_.assign(static_cast<size_t>(complex_.cell_limit()), 0);
-  for (int32_t cell = 0; cell < complex_.cell_limit(); ++cell) {
+  carved_.assign(complex_.cell_limit().index(), 0);
+  for (const CellId cell : complex_.cells()) {
     if (!complex_.exists(cell)) continue;
-    carved_[static_cast<size_t>(cell)] = flow_.side(cell) == MaxFlow::Side::kSource;
+    carved_[cell] = flow_.side(node_of(cell)) == MaxFlow::Side::kSource;
   }
 }
 
 void Mesher::measure_energy() {
   CutStatistics& s = statistics_;
-  for (int32_t cell = 0; cell < complex_.cell_limit(); ++cell) {
+  for (const CellId cell : complex_.cells()) {
     if (!complex_.exists(cell)) continue;
-    const bool carved = carved_[static_cast<size_t>(cell)] != 0;
+    const bool carved = carved_[cell] != 0;
     s.carved_cells += carved;
     s.input_carved_cells += input_carved(cell);
     if (carved != input_carved(cell)) {
@@ -101,9 +101,9 @@ void Mesher::measure_energy() {
       s.changed_volume_mu3 += complex_.volume(cell);
     }
     if (!carved) continue;
-    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
-      const int32_t twin = complex_.twin(slot);
-      const bool boundary = twin < 0 || carved_[static_cast<size_t>(twin / 4)] == 0;
+    for (const Slot slot : slots_of(cell)) {
+      const Slot twin = complex_.twin(slot);
+      const bool boundary = !twin.is_valid() || carved_[cell_of(twin)] == 0;
       if (boundary) s.surface_area_mu2 += complex_.area(slot);
     }
   }

@@ -87,11 +87,11 @@ class Mesher {
 
   CutStatistics statistics() const { return statistics_; }
   const CellComplex& complex() const { return complex_; }
-  /// The labels behind the last mesh, by cell index: 1 carved, 0 not, or no such cell.
-  const std::vector<uint8_t>& carved() const { return carved_; }
+  /// The labels behind the last mesh: 1 carved, 0 not, or no such cell.
+  const IdVector<CellId, uint8_t>& carved() const { return carved_; }
 
  private:
-  bool input_carved(int32_t cell) const {
+  bool input_carved(CellId cell) const {
     return complex_.constraints(cell) >= options_.min_constraints;
   }
   double scene_size() const;
@@ -102,7 +102,7 @@ class Mesher {
   CellComplex complex_;
   VisibilityGraph visibility_;
   MaxFlow flow_;
-  std::vector<uint8_t> carved_;
+  IdVector<CellId, uint8_t> carved_;
   CutStatistics statistics_;
 };
 

@@ -40,7 +40,7 @@ bool interiors_overlap(Tetrahedron a, Tetrahedron b) {
   const auto ea = edges(a), eb = edges(b);
   for (const auto* e : {&ea, &eb}) {
     for (const auto& [i, j] : {std::pair(0, 1), {0, 2}, {1, 2}, {3, 4}}) {
-      const Vector3d normal = (*e)[static_cast<size_t>(i)].cross((*e)[static_cast<size_t>(j)]);
+      const Vector3d normal = (*e)[i].cross((*e)[j]);
       if (!overlap_along(normal, a, b)) return false;
     }
   }
@@ -69,7 +69,7 @@ class Smoother {
   Smoother(const CellComplex& complex, Mesh* mesh) : complex_(complex), mesh_(*mesh) {
     find_rings();
     find_homes();
-    seen_at_.assign(static_cast<size_t>(complex.cell_limit()), 0);
+    seen_at_.assign(complex.cell_limit().index(), 0);
   }
 
   int32_t pass() {
@@ -82,11 +82,10 @@ class Smoother {
 
  private:
   Vector3d position(size_t v) const { return mesh_.vertices_in_map[v].cast<double>(); }
-  Tetrahedron corners(int32_t cell) const {
+  Tetrahedron corners(CellId cell) const {
     Tetrahedron t;
     for (int32_t k = 0; k < 4; ++k) {
-      t[static_cast<size_t>(k)] =
-          complex_.position_in_map(complex_.vertex(4 * cell + k)).cast<double>();
+      t[k] = complex_.position_in_map(complex_.vertex(slot_of(cell, k))).cast<double>();
     }
     return t;
   }
@@ -100,19 +99,19 @@ class Smoother {
   const CellComplex& complex_;
   Mesh& mesh_;
   std::vector<std::vector<std::array<size_t, 2>>> rings_;  // by vertex: the rest of its triangles
-  std::vector<std::vector<int32_t>> homes_;  // by vertex: cells at it; empty if it must stay
-  std::vector<uint32_t> seen_at_;            // by cell: the last search that met it
+  std::vector<std::vector<CellId>> homes_;  // by vertex: cells at it; empty if it must stay
+  IdVector<CellId, uint32_t> seen_at_;      // the last search that met it
   uint32_t search_ = 0;
-  std::vector<int32_t> queue_;
-  int32_t new_home_ = -1;
+  std::vector<CellId> queue_;
+  CellId new_home_;
 };
 
 void Smoother::find_rings() {
   rings_.resize(mesh_.vertices_in_map.size());
   for (const auto& t : mesh_.triangles) {
     for (size_t j = 0; j < 3; ++j) {
-      rings_[static_cast<size_t>(t[j])].push_back(
-          {static_cast<size_t>(t[(j + 1) % 3]), static_cast<size_t>(t[(j + 2) % 3])});
+      const size_t b = t[(j + 1) % 3], c = t[(j + 2) % 3];
+      rings_[t[j]].push_back({b, c});
     }
   }
 }
@@ -121,19 +120,19 @@ void Smoother::find_homes() {
   homes_.resize(rings_.size());
   std::map<VertexId, int32_t> sheets;
   for (const VertexId id : mesh_.vertex_ids) ++sheets[id];
-  std::vector<int32_t> vertex_by_point(static_cast<size_t>(complex_.vertex_limit()), -1);
+  IdVector<VertexIndex, int32_t> vertex_by_point(complex_.vertex_limit().index(), -1);
   for (size_t v = 0; v < rings_.size(); ++v) {
     const bool at_hull = std::any_of(rings_[v].begin(), rings_[v].end(), [&](const auto& edge) {
       return !mesh_.vertex_ids[edge[0]].is_point() || !mesh_.vertex_ids[edge[1]].is_point();
     });
     const VertexId id = mesh_.vertex_ids[v];
     if (!id.is_point() || at_hull || sheets[id] > 1) continue;
-    vertex_by_point[static_cast<size_t>(complex_.find_vertex(id))] = static_cast<int32_t>(v);
+    vertex_by_point[complex_.find_vertex(id)] = static_cast<int32_t>(v);
   }
-  for (int32_t slot = 0; slot < 4 * complex_.cell_limit(); ++slot) {
-    if (!complex_.exists(slot / 4)) continue;
-    const int32_t v = vertex_by_point[static_cast<size_t>(complex_.vertex(slot))];
-    if (v >= 0) homes_[static_cast<size_t>(v)].push_back(slot / 4);
+  for (const Slot slot : complex_.slots()) {
+    if (!complex_.exists(cell_of(slot))) continue;
+    const int32_t v = vertex_by_point[complex_.vertex(slot)];
+    if (v >= 0) homes_[v].push_back(cell_of(slot));
   }
 }
 
@@ -145,11 +144,11 @@ bool Smoother::try_move(size_t v) {
   const Eigen::Vector3f target = ((position(v) + middle) / 2).cast<float>();
   const Vector3d to = target.cast<double>();
   if (target == mesh_.vertices_in_map[v] || turns_over(v, to)) return false;
-  new_home_ = -1;
+  new_home_ = CellId();
   for (const auto& [b, c] : rings_[v]) {
     if (!sweeps_unseen(v, {position(v), position(b), position(c), to}, to)) return false;
   }
-  if (new_home_ < 0) return false;
+  if (!new_home_.is_valid()) return false;
   homes_[v] = {new_home_};
   mesh_.vertices_in_map[v] = target;
   return true;
@@ -167,17 +166,19 @@ bool Smoother::turns_over(size_t v, const Vector3d& to) const {
 bool Smoother::sweeps_unseen(size_t v, const Tetrahedron& swept, const Vector3d& to) {
   ++search_;
   queue_ = homes_[v];
-  for (const int32_t cell : queue_) seen_at_[static_cast<size_t>(cell)] = search_;
+  for (const CellId cell : queue_) seen_at_[cell] = search_;
   for (size_t n = 0; n < queue_.size(); ++n) {
-    const int32_t cell = queue_[n];
+    const CellId cell = queue_[n];
     const Tetrahedron tetrahedron = corners(cell);
     if (complex_.constraints(cell) == 0 && contains(tetrahedron, to)) new_home_ = cell;
     if (!interiors_overlap(swept, tetrahedron)) continue;
     if (complex_.constraints(cell) > 0) return false;
-    for (int32_t slot = 4 * cell; slot < 4 * cell + 4; ++slot) {
-      const int32_t next = complex_.twin(slot) < 0 ? -1 : complex_.twin(slot) / 4;
-      if (next < 0 || seen_at_[static_cast<size_t>(next)] == search_) continue;
-      seen_at_[static_cast<size_t>(next)] = search_;
+    for (const Slot slot : slots_of(cell)) {
+      const Slot twin = complex_.twin(slot);
+      if (!twin.is_valid()) continue;
+      const CellId next = cell_of(twin);
+      if (seen_at_[next] == search_) continue;
+      seen_at_[next] = search_;
       queue_.push_back(next);
     }
   }

@@ -274,13 +274,12 @@ std::string Episode::check_references(const Mesh& mesh) const {
     return "has not the carver's vertices";
   }
   for (const auto& [id, cell] : receiver_.cells()) {
-    const int32_t i = id.value();
-    if (i >= complex.cell_limit() || !complex.exists(i)) return "misses a cell";
-    if (complex.constraints(i) != cell.constraints || complex.votes(i) != cell.votes) {
+    if (id >= complex.cell_limit() || !complex.exists(id)) return "misses a cell";
+    if (complex.constraints(id) != cell.constraints || complex.votes(id) != cell.votes) {
       return "has other votes than the carver";
     }
   }
-  for (int32_t vertex = 0; vertex < complex.vertex_limit(); ++vertex) {
+  for (const VertexIndex vertex : complex.vertices()) {
     if (!complex.exists_vertex(vertex)) continue;
     const auto known = receiver_.evidence().find(complex.vertex_id(vertex));
     if (known == receiver_.evidence().end() || complex.evidence(vertex) != known->second) {

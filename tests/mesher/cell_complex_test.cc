@@ -52,9 +52,9 @@ TEST(CellComplex, OneTetrahedron) {
   expect_valid(complex);
   EXPECT_EQ(complex.cell_count(), 1);
   EXPECT_EQ(complex.hull_facet_count(), 4);
-  EXPECT_DOUBLE_EQ(complex.volume(0), 1.0 / 6);
-  EXPECT_DOUBLE_EQ(complex.area(1), 0.5);
-  EXPECT_DOUBLE_EQ(complex.area(0), std::sqrt(3.0) / 2);
+  EXPECT_DOUBLE_EQ(complex.volume(CellId(0)), 1.0 / 6);
+  EXPECT_DOUBLE_EQ(complex.area(Slot(1)), 0.5);
+  EXPECT_DOUBLE_EQ(complex.area(Slot(0)), std::sqrt(3.0) / 2);
 }
 
 TEST(CellComplex, VolumesAddUpToTheHullAndTheHullHasTwelveFacets) {
@@ -63,7 +63,7 @@ TEST(CellComplex, VolumesAddUpToTheHullAndTheHullHasTwelveFacets) {
   ASSERT_EQ(complex.apply(carving.snapshot()), ApplyResult::kOk);
   expect_valid(complex);
   double volume = 0;
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) volume += complex.volume(cell);
+  for (const CellId cell : complex.cells()) volume += complex.volume(cell);
   EXPECT_NEAR(volume, 40.0 * 40 * 40, 1e-6);
   EXPECT_EQ(complex.hull_facet_count(), 12);
 }
@@ -191,7 +191,7 @@ TEST(CellComplex, RejectsHostileDeltasAndStaysAsItWas) {
     CellComplex complex;
     ASSERT_EQ(complex.apply(carving.take_delta()), ApplyResult::kOk);
     const ComplexContent before = content(complex);
-    const int32_t limit_before = complex.cell_limit();
+    const CellId limit_before = complex.cell_limit();
 
     carving.remove_point(30);
     carving.set_point(31, {0.1f, 0.2f, 0.3f});
@@ -290,7 +290,7 @@ TEST(CellComplex, AcceptsFlatCellsAsEmpty) {
   delta.vertices_set[3].position_in_map = {0.3f, 0.3f, -1e-8f};
   CellComplex complex;
   ASSERT_EQ(complex.apply(delta), ApplyResult::kOk);
-  EXPECT_EQ(complex.volume(0), 0);
+  EXPECT_EQ(complex.volume(CellId(0)), 0);
 }
 
 /// Shuffled, cut and bit-flipped deltas: whatever is accepted keeps every invariant.

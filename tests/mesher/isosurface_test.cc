@@ -15,18 +15,18 @@
 namespace foresight {
 namespace {
 
-std::vector<uint8_t> labels_of(const CellComplex& complex) {
-  std::vector<uint8_t> carved(static_cast<size_t>(complex.cell_limit()), 0);
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
-    carved[static_cast<size_t>(cell)] = complex.constraints(cell) > 0;
+IdVector<CellId, uint8_t> labels_of(const CellComplex& complex) {
+  IdVector<CellId, uint8_t> carved(complex.cell_limit().index());
+  for (const CellId cell : complex.cells()) {
+    carved[cell] = complex.constraints(cell) > 0;
   }
   return carved;
 }
 
-double carved_volume(const CellComplex& complex, const std::vector<uint8_t>& carved) {
+double carved_volume(const CellComplex& complex, const IdVector<CellId, uint8_t>& carved) {
   double volume = 0;
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
-    if (carved[static_cast<size_t>(cell)] != 0) volume += complex.volume(cell);
+  for (const CellId cell : complex.cells()) {
+    if (carved[cell] != 0) volume += complex.volume(cell);
   }
   return volume;
 }
@@ -44,7 +44,7 @@ double enclosed_volume(const Mesh& mesh) {
   return volume;
 }
 
-void expect_good_surface(const CellComplex& complex, const std::vector<uint8_t>& carved,
+void expect_good_surface(const CellComplex& complex, const IdVector<CellId, uint8_t>& carved,
                          Isosurface* split) {
   const double volume = carved_volume(complex, carved);
   const Isosurface plain = extract_isosurface(complex, carved, ManifoldRepair::kNone);
@@ -88,7 +88,7 @@ TEST(Isosurface, NormalPointsIntoCarvedSpace) {
   delta.cells_added = cells({{0, {10, 11, 12, 13}, 1}});
   CellComplex complex;
   ASSERT_EQ(complex.apply(delta), ApplyResult::kOk);
-  const Mesh mesh = extract_isosurface(complex, {1}, ManifoldRepair::kSplit).mesh;
+  const Mesh mesh = extract_isosurface(complex, labels_of(complex), ManifoldRepair::kSplit).mesh;
   ASSERT_EQ(mesh.triangles.size(), 4u);
   ASSERT_EQ(mesh.vertex_ids.size(), 4u);
   const Eigen::Vector3f inside(0.2f, 0.2f, 0.2f);

@@ -12,9 +12,13 @@ namespace foresight {
 namespace {
 
 using Capacity = MaxFlow::Capacity;
+using NodeId = MaxFlow::NodeId;
+using ArcId = MaxFlow::ArcId;
+
+int32_t owner(ArcId arc) { return arc.value() / 4; }
 
 struct Link {
-  int32_t slot_a, slot_b;
+  ArcId a, b;
   Capacity a_to_b, b_to_a;
 };
 
@@ -26,10 +30,10 @@ struct Graph {
   MaxFlow build() const {
     MaxFlow flow;
     flow.reset(nodes);
-    for (const Link& l : links) flow.connect(l.slot_a, l.slot_b, l.a_to_b, l.b_to_a);
+    for (const Link& l : links) flow.connect(l.a, l.b, l.a_to_b, l.b_to_a);
     for (int32_t i = 0; i < nodes; ++i) {
-      flow.add_terminal(i, source[static_cast<size_t>(i)]);
-      flow.add_terminal(i, -sink[static_cast<size_t>(i)]);
+      flow.add_terminal(NodeId(i), source[static_cast<size_t>(i)]);
+      flow.add_terminal(NodeId(i), -sink[static_cast<size_t>(i)]);
     }
     return flow;
   }
@@ -40,7 +44,7 @@ struct Graph {
       value += is_source(i) ? sink[static_cast<size_t>(i)] : source[static_cast<size_t>(i)];
     }
     for (const Link& l : links) {
-      const bool a = is_source(l.slot_a / 4), b = is_source(l.slot_b / 4);
+      const bool a = is_source(owner(l.a)), b = is_source(owner(l.b));
       if (a && !b) value += l.a_to_b;
       if (b && !a) value += l.b_to_a;
     }
@@ -51,16 +55,16 @@ struct Graph {
 Graph random_graph(int32_t nodes, Capacity largest, double fill, std::mt19937* random) {
   Graph graph;
   graph.nodes = nodes;
-  std::vector<int32_t> slots(static_cast<size_t>(4 * nodes));
-  for (size_t i = 0; i < slots.size(); ++i) slots[i] = static_cast<int32_t>(i);
-  std::shuffle(slots.begin(), slots.end(), *random);
+  std::vector<ArcId> arcs(static_cast<size_t>(4 * nodes));
+  for (size_t i = 0; i < arcs.size(); ++i) arcs[i] = ArcId::at(i);
+  std::shuffle(arcs.begin(), arcs.end(), *random);
   std::uniform_int_distribution<Capacity> capacity(0, largest);
   std::bernoulli_distribution used(fill), symmetric(0.5), zero(0.2);
-  for (size_t i = 0; i + 1 < slots.size(); i += 2) {
-    if (slots[i] / 4 == slots[i + 1] / 4 || !used(*random)) continue;
+  for (size_t i = 0; i + 1 < arcs.size(); i += 2) {
+    if (owner(arcs[i]) == owner(arcs[i + 1]) || !used(*random)) continue;
     const Capacity there = zero(*random) ? 0 : capacity(*random);
     const Capacity back = symmetric(*random) ? there : capacity(*random);
-    graph.links.push_back({slots[i], slots[i + 1], there, back});
+    graph.links.push_back({arcs[i], arcs[i + 1], there, back});
   }
   const std::bernoulli_distribution::param_type rarely(0.3);
   for (int32_t i = 0; i < nodes; ++i) {
@@ -80,8 +84,9 @@ Capacity edmonds_karp(const Graph& graph) {
     residual[i][t] += graph.sink[i];
   }
   for (const Link& l : graph.links) {
-    residual[static_cast<size_t>(l.slot_a / 4)][static_cast<size_t>(l.slot_b / 4)] += l.a_to_b;
-    residual[static_cast<size_t>(l.slot_b / 4)][static_cast<size_t>(l.slot_a / 4)] += l.b_to_a;
+    const auto a = static_cast<size_t>(owner(l.a)), b = static_cast<size_t>(owner(l.b));
+    residual[a][b] += l.a_to_b;
+    residual[b][a] += l.b_to_a;
   }
   Capacity flow = 0;
   while (true) {
@@ -123,7 +128,7 @@ BestCut all_labelings(const Graph& graph) {
 
 void expect_cut_is_flow(const Graph& graph, MaxFlow* flow) {
   const Capacity value = flow->solve();
-  const auto is_source = [&](int32_t i) { return flow->side(i) == MaxFlow::Side::kSource; };
+  const auto is_source = [&](int32_t i) { return flow->side(NodeId(i)) == MaxFlow::Side::kSource; };
   EXPECT_EQ(graph.cut_value(is_source), value);
 }
 
@@ -136,21 +141,22 @@ TEST(MaxFlow, EmptyGraph) {
 TEST(MaxFlow, HeaderExample) {
   MaxFlow flow;
   flow.reset(2);
-  flow.connect(MaxFlow::slot(0, 0), MaxFlow::slot(1, 0), 5, 5);
-  flow.add_terminal(0, 7);
-  flow.add_terminal(1, -3);
+  const NodeId a(0), b(1);
+  flow.connect(MaxFlow::arc_of(a, 0), MaxFlow::arc_of(b, 0), 5, 5);
+  flow.add_terminal(a, 7);
+  flow.add_terminal(b, -3);
   EXPECT_EQ(flow.solve(), 3);
-  EXPECT_EQ(flow.side(0), MaxFlow::Side::kSource);
-  EXPECT_EQ(flow.side(1), MaxFlow::Side::kSource);
+  EXPECT_EQ(flow.side(a), MaxFlow::Side::kSource);
+  EXPECT_EQ(flow.side(b), MaxFlow::Side::kSource);
 }
 
 TEST(MaxFlow, BothTerminalsOfOneNodeCountAsFlow) {
   MaxFlow flow;
   flow.reset(1);
-  flow.add_terminal(0, 7);
-  flow.add_terminal(0, -9);
+  flow.add_terminal(NodeId(0), 7);
+  flow.add_terminal(NodeId(0), -9);
   EXPECT_EQ(flow.solve(), 7);
-  EXPECT_EQ(flow.side(0), MaxFlow::Side::kSink);
+  EXPECT_EQ(flow.side(NodeId(0)), MaxFlow::Side::kSink);
 }
 
 TEST(MaxFlow, EqualsTheBestOfAllLabelingsAndTiesGoToTheSink) {
@@ -163,7 +169,7 @@ TEST(MaxFlow, EqualsTheBestOfAllLabelingsAndTiesGoToTheSink) {
     const BestCut best = all_labelings(graph);
     ASSERT_EQ(flow.solve(), best.value) << "trial " << trial;
     for (int32_t i = 0; i < nodes; ++i) {
-      ASSERT_EQ(flow.side(i) == MaxFlow::Side::kSource, (best.source_side >> i & 1) == 1)
+      ASSERT_EQ(flow.side(NodeId(i)) == MaxFlow::Side::kSource, (best.source_side >> i & 1) == 1)
           << "trial " << trial << " node " << i;
     }
   }
@@ -206,11 +212,13 @@ TEST(MaxFlow, ContinuesAfterCapacitiesWereAdded) {
       const auto amount = static_cast<Capacity>(random() % 30);
       const bool at_source = random() % 2 == 0;
       (at_source ? graph.source : graph.sink)[i] += amount;
-      continued.add_terminal(static_cast<int32_t>(i), at_source ? amount : -amount);
+      continued.add_terminal(NodeId::at(i), at_source ? amount : -amount);
     }
     MaxFlow fresh = graph.build();
     ASSERT_EQ(continued.solve(), fresh.solve()) << "trial " << trial;
-    for (int32_t i = 0; i < nodes; ++i) ASSERT_EQ(continued.side(i), fresh.side(i));
+    for (int32_t i = 0; i < nodes; ++i) {
+      ASSERT_EQ(continued.side(NodeId(i)), fresh.side(NodeId(i)));
+    }
   }
 }
 
@@ -225,20 +233,20 @@ void change(Graph* graph, MaxFlow* flow, Capacity largest, std::mt19937* random)
       Link& l = graph->links[(*random)() % graph->links.size()];
       l.a_to_b = (*random)() % 3 == 0 ? 0 : capacity();
       l.b_to_a = capacity();
-      return flow->set_link(l.slot_a, l.slot_b, l.a_to_b, l.b_to_a);
+      return flow->set_link(l.a, l.b, l.a_to_b, l.b_to_a);
     }
     case 1: {
       if (graph->links.empty()) return;
       const size_t i = (*random)() % graph->links.size();
-      flow->unlink(graph->links[i].slot_b);
+      flow->unlink(graph->links[i].b);
       graph->links.erase(graph->links.begin() + static_cast<std::ptrdiff_t>(i));
       return;
     }
     case 2: {
-      const auto slots = static_cast<uint64_t>(4 * graph->nodes);
-      const auto a = static_cast<int32_t>((*random)() % slots);
-      const auto b = static_cast<int32_t>((*random)() % slots);
-      if (a / 4 == b / 4 || flow->twin(a) >= 0 || flow->twin(b) >= 0) return;
+      const auto arcs = static_cast<uint64_t>(4 * graph->nodes);
+      const ArcId a = ArcId::at((*random)() % arcs);
+      const ArcId b = ArcId::at((*random)() % arcs);
+      if (owner(a) == owner(b) || flow->twin(a).is_valid() || flow->twin(b).is_valid()) return;
       graph->links.push_back({a, b, capacity(), capacity()});
       const Link& l = graph->links.back();
       return flow->set_link(a, b, l.a_to_b, l.b_to_a);
@@ -249,7 +257,7 @@ void change(Graph* graph, MaxFlow* flow, Capacity largest, std::mt19937* random)
       const Capacity amount = (*random)() % 4 == 0 ? 0 : 3 * capacity();
       graph->source[i] = at_source ? amount : 0;
       graph->sink[i] = at_source ? 0 : amount;
-      flow->set_terminal(static_cast<int32_t>(i), at_source ? amount : -amount);
+      flow->set_terminal(NodeId::at(i), at_source ? amount : -amount);
     }
   }
 }
@@ -270,7 +278,9 @@ TEST(MaxFlow, FollowsAnyChange) {
       for (int i = 0; i < 3 * graph.nodes; ++i) change(&graph, &flow, largest, &random);
       MaxFlow fresh = graph.build();
       ASSERT_EQ(flow.solve(), fresh.solve()) << "trial " << trial << " step " << step;
-      for (int32_t i = 0; i < graph.nodes; ++i) ASSERT_EQ(flow.side(i), fresh.side(i));
+      for (int32_t i = 0; i < graph.nodes; ++i) {
+        ASSERT_EQ(flow.side(NodeId(i)), fresh.side(NodeId(i)));
+      }
       expect_cut_is_flow(graph, &flow);
     }
   }

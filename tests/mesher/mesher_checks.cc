@@ -7,18 +7,18 @@
 namespace foresight {
 namespace {
 
-std::multiset<VertexId> corner_ids(const CellComplex& complex, int32_t cell) {
+std::multiset<VertexId> corner_ids(const CellComplex& complex, CellId cell) {
   std::multiset<VertexId> ids;
-  for (int32_t k = 0; k < 4; ++k) ids.insert(complex.vertex_id(complex.vertex(4 * cell + k)));
+  for (const Slot slot : slots_of(cell)) ids.insert(complex.vertex_id(complex.vertex(slot)));
   return ids;
 }
 
-CellVotes sorted_votes(const CellComplex& complex, int32_t cell) {
+CellVotes sorted_votes(const CellComplex& complex, CellId cell) {
   CellVotes votes = complex.votes(cell);
   std::array<std::pair<VertexId, int32_t>, 4> by_id;
-  for (size_t k = 0; k < 4; ++k) {
-    const int32_t vertex = complex.vertex(4 * cell + static_cast<int32_t>(k));
-    by_id[k] = {complex.vertex_id(vertex), votes.entered[k]};
+  for (const Slot slot : slots_of(cell)) {
+    const auto k = static_cast<size_t>(corner_of(slot));
+    by_id[k] = {complex.vertex_id(complex.vertex(slot)), votes.entered[k]};
   }
   std::sort(by_id.begin(), by_id.end());
   for (size_t k = 0; k < 4; ++k) votes.entered[k] = by_id[k].second;
@@ -29,17 +29,18 @@ CellVotes sorted_votes(const CellComplex& complex, int32_t cell) {
 
 ComplexContent content(const CellComplex& complex) {
   ComplexContent all;
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
+  for (const CellId cell : complex.cells()) {
     if (!complex.exists(cell)) continue;
     CellContent& c = all[corner_ids(complex, cell)];
     c.constraints = complex.constraints(cell);
     c.votes = sorted_votes(complex, cell);
     c.volume = complex.volume(cell);
-    for (int32_t k = 0; k < 4; ++k) {
-      const int32_t corner = complex.vertex(4 * cell + k);
+    for (const Slot slot : slots_of(cell)) {
+      const VertexIndex corner = complex.vertex(slot);
       c.evidence[complex.vertex_id(corner)] = complex.evidence(corner);
-      const int32_t twin = complex.twin(4 * cell + k);
-      c.neighbours.insert(twin < 0 ? std::multiset<VertexId>{} : corner_ids(complex, twin / 4));
+      const Slot twin = complex.twin(slot);
+      c.neighbours.insert(twin.is_valid() ? corner_ids(complex, cell_of(twin))
+                                          : std::multiset<VertexId>{});
     }
   }
   return all;
@@ -48,14 +49,14 @@ ComplexContent content(const CellComplex& complex) {
 Labels labels(const Mesher& mesher) {
   Labels result;
   const CellComplex& complex = mesher.complex();
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
+  for (const CellId cell : complex.cells()) {
     if (!complex.exists(cell)) continue;
     std::array<VertexId, 4> key{};
-    for (int32_t k = 0; k < 4; ++k) {
-      key[static_cast<size_t>(k)] = complex.vertex_id(complex.vertex(4 * cell + k));
+    for (const Slot slot : slots_of(cell)) {
+      key[static_cast<size_t>(corner_of(slot))] = complex.vertex_id(complex.vertex(slot));
     }
     std::sort(key.begin(), key.end());
-    result[key] = mesher.carved()[static_cast<size_t>(cell)];
+    result[key] = mesher.carved()[cell];
   }
   return result;
 }

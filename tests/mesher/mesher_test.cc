@@ -57,19 +57,21 @@ CarvingDelta scaled(CarvingDelta delta, float factor) {
 double energy(const CellComplex& complex, double lambda, int32_t min_constraints,
               const auto& is_carved) {
   double sum = 0;
-  for (int32_t slot = 0; slot < 4 * complex.cell_limit(); ++slot) {
-    const int32_t cell = slot / 4, twin = complex.twin(slot);
+  for (const Slot slot : complex.slots()) {
+    const CellId cell = cell_of(slot);
+    const Slot twin = complex.twin(slot);
     if (!complex.exists(cell)) continue;
     const bool input = complex.constraints(cell) >= min_constraints;
-    if (slot % 4 == 0 && is_carved(cell) != input) sum += complex.volume(cell);
-    if (is_carved(cell) && (twin < 0 || !is_carved(twin / 4))) sum += lambda * complex.area(slot);
+    if (corner_of(slot) == 0 && is_carved(cell) != input) sum += complex.volume(cell);
+    const bool is_border = !twin.is_valid() || !is_carved(cell_of(twin));
+    if (is_carved(cell) && is_border) sum += lambda * complex.area(slot);
   }
   return sum;
 }
 
 double energy_of_labels(const Mesher& mesher, double lambda, int32_t min_constraints) {
   return energy(mesher.complex(), lambda, min_constraints,
-                [&](int32_t cell) { return mesher.carved()[static_cast<size_t>(cell)] != 0; });
+                [&](CellId cell) { return mesher.carved()[cell] != 0; });
 }
 
 double area_of(const Mesh& mesh) {
@@ -107,7 +109,7 @@ TEST(Mesher, FindsTheMinimumOfEquationOneAmongAllLabelings) {
     const Mesh mesh = mesher.update();
     double best = std::numeric_limits<double>::infinity();
     for (uint32_t labels = 0; labels < 1u << cells; ++labels) {
-      const auto is_carved = [&](int32_t cell) { return (labels >> cell & 1) == 1; };
+      const auto is_carved = [&](CellId cell) { return (labels >> cell.value() & 1) == 1; };
       best = std::min(best, energy(mesher.complex(), lambda, min_constraints, is_carved));
     }
     const CutStatistics s = mesher.statistics();

@@ -46,9 +46,9 @@ struct Room {
       }
     }
     EXPECT_EQ(complex.apply(carving.take_delta()), ApplyResult::kOk);
-    std::vector<uint8_t> carved(static_cast<size_t>(complex.cell_limit()), 0);
-    for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
-      carved[static_cast<size_t>(cell)] = complex.constraints(cell) > 0;
+    IdVector<CellId, uint8_t> carved(complex.cell_limit().index());
+    for (const CellId cell : complex.cells()) {
+      carved[cell] = complex.constraints(cell) > 0;
     }
     mesh = extract_isosurface(complex, carved, ManifoldRepair::kSplit).mesh;
   }
@@ -100,12 +100,12 @@ double roughness(const Mesh& mesh) {
 /// Constraints of the cells that hold the point, its faces included.
 int most_constraints_at(const CellComplex& complex, const Vector3f& point) {
   int most = 0;
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
+  for (const CellId cell : complex.cells()) {
     if (!complex.exists(cell)) continue;
     std::array<Vector3d, 4> p;
     for (int32_t k = 0; k < 4; ++k) {
       p[static_cast<size_t>(k)] =
-          complex.position_in_map(complex.vertex(4 * cell + k)).cast<double>();
+          complex.position_in_map(complex.vertex(slot_of(cell, k))).cast<double>();
     }
     bool inside = true;
     for (size_t k = 0; k < 4 && inside; ++k) {

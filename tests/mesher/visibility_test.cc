@@ -34,11 +34,11 @@ CarvingDelta with_random_votes(CarvingDelta delta, uint32_t seed) {
 }
 
 /// The angle between a facet and its cell's circumsphere, from the sphere's equation.
-double cosine(const CellComplex& complex, int32_t slot) {
+double cosine(const CellComplex& complex, Slot slot) {
   std::array<Vector3d, 4> p;
   for (int32_t k = 0; k < 4; ++k) {
     p[static_cast<size_t>(k)] =
-        complex.position_in_map(complex.vertex(slot / 4 * 4 + k)).cast<double>();
+        complex.position_in_map(complex.vertex(slot_of(cell_of(slot), k))).cast<double>();
   }
   Eigen::Matrix3d rows;
   Vector3d right;
@@ -48,7 +48,7 @@ double cosine(const CellComplex& complex, int32_t slot) {
     right[i] = q.squaredNorm() - p[0].squaredNorm();
   }
   const Vector3d centre = rows.fullPivLu().solve(right);
-  const auto k = static_cast<size_t>(slot % 4);
+  const auto k = static_cast<size_t>(corner_of(slot));
   const Vector3d &a = p[(k + 1) % 4], &b = p[(k + 2) % 4], &c = p[(k + 3) % 4];
   Vector3d normal = (b - a).cross(c - a).normalized();
   if (normal.dot(p[k] - a) < 0) normal = -normal;  // towards the cell
@@ -57,21 +57,21 @@ double cosine(const CellComplex& complex, int32_t slot) {
 
 double energy(const CellComplex& complex, const VisibilityWeights& w, const auto& is_free) {
   double sum = 0;
-  for (int32_t cell = 0; cell < complex.cell_limit(); ++cell) {
+  for (const CellId cell : complex.cells()) {
     const CellVotes& v = complex.votes(cell);
     int32_t by_facet = 0, crossed = 0;
     bool at_hull = false;
     for (int32_t k = 0; k < 4; ++k) {
-      const int32_t slot = 4 * cell + k, twin = complex.twin(slot);
+      const Slot slot = slot_of(cell, k), twin = complex.twin(slot);
       by_facet += v.entered[static_cast<size_t>(k)];
       at_hull = at_hull || !complex.vertex_id(complex.vertex(slot)).is_point();
-      if (twin < 0) {
+      if (!twin.is_valid()) {
         sum += is_free(cell) ? w.shape : 0;
         continue;
       }
-      crossed += complex.constraints(twin / 4) > 0;
-      if (!is_free(cell) || is_free(twin / 4)) continue;
-      sum += complex.votes(twin / 4).entered[static_cast<size_t>(twin % 4)];
+      crossed += complex.constraints(cell_of(twin)) > 0;
+      if (!is_free(cell) || is_free(cell_of(twin))) continue;
+      sum += complex.votes(cell_of(twin)).entered[static_cast<size_t>(corner_of(twin))];
       sum += w.shape * (1 - std::min(cosine(complex, slot), cosine(complex, twin)));
     }
     const bool pocket = complex.constraints(cell) == 0 && !at_hull;
@@ -105,12 +105,10 @@ TEST(Visibility, FindsTheMinimumAmongAllLabelings) {
     mesher.update();
     double best = std::numeric_limits<double>::infinity();
     for (uint32_t labels = 0; labels < 1u << cells; ++labels) {
-      const auto is_free = [&](int32_t cell) { return (labels >> cell & 1) == 1; };
+      const auto is_free = [&](CellId cell) { return (labels >> cell.value() & 1) == 1; };
       best = std::min(best, energy(mesher.complex(), weights, is_free));
     }
-    const auto is_free = [&](int32_t cell) {
-      return mesher.carved()[static_cast<size_t>(cell)] != 0;
-    };
+    const auto is_free = [&](CellId cell) { return mesher.carved()[cell] != 0; };
     EXPECT_NEAR(energy(mesher.complex(), weights, is_free), best, 1e-4) << "trial " << trial;
     const int32_t carved = mesher.statistics().carved_cells;
     mixed += carved > 0 && carved < static_cast<int32_t>(cells);
@@ -199,11 +197,11 @@ TEST(Visibility, CamerasAreInTheOpen) {
   const MapDelta map = room(300, 0.2, 3);
   const Solved solved = solve(map, {});
   int32_t cameras = 0;
-  for (int32_t cell = 0; cell < solved.mesher.complex().cell_limit(); ++cell) {
+  for (const CellId cell : solved.mesher.complex().cells()) {
     if (!solved.mesher.complex().exists(cell)) continue;
     if (solved.mesher.complex().votes(cell).started == 0) continue;
     ++cameras;
-    EXPECT_EQ(solved.mesher.carved()[static_cast<size_t>(cell)], 1);
+    EXPECT_EQ(solved.mesher.carved()[cell], 1);
   }
   EXPECT_GE(cameras, 5);
 }
