@@ -1,11 +1,9 @@
 #include "procs/renderer/pose_source.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "common/messages.h"
 #include "common/robot_messages.h"
-#include "foresight/controller_state_t.hpp"
 #include "procs/renderer/camera_predictor.h"
 
 namespace foresight {
@@ -124,27 +122,24 @@ class RobotPoseSource : public PoseSource {
   }
   Duration state_slack() const { return seconds(params_.joint_state_timeout_s); }
   void on_command(const joint_command_t& message) {
-    const auto c = read_command(message);
-    if (!c || c->position_rad.size() != message.n_joints) {
+    const JointCommand command = read_command(message);
+    if (command.position_rad.size() == 0) {
       return node_.reject_message("JOINT_COMMAND", "has no joints, or too many");
     }
-    const CommandIntake intake =
-        predictor_->add_command(node_.now(), {c->time, c->session, c->engaged, c->position_rad});
+    const CommandIntake intake = predictor_->add_command(node_.now(), command);
     if (intake != CommandIntake::kTaken) {
       return node_.reject_message("JOINT_COMMAND", to_string(intake));
     }
     on_change_();
   }
   void on_joint_state(const joint_state_t& message) {
-    const auto s = read_joint_state(message);
-    if (s && s->position_rad.size() != joint_count_) {
-      other_joints_ = static_cast<int>(s->position_rad.size());
+    const auto state = read_joint_state(message);
+    if (state && state->position_rad.size() != joint_count_) {
+      other_joints_ = static_cast<int>(state->position_rad.size());
       return node_.reject_message("JOINT_STATE", "is not of the arm of arm_file");
     }
     const Time now = node_.now();
-    if (!s || !predictor_->set_joint_state(
-                  now, {s->time, s->position_rad, s->reference_rad, s->reference_velocity_rad_per_s,
-                        s->target_rad, s->command_time, s->command_arrival})) {
+    if (!state || !predictor_->set_joint_state(now, *state)) {
       return node_.reject_message("JOINT_STATE", "makes no sense, or is older than the last");
     }
     other_joints_ = 0;
@@ -152,40 +147,28 @@ class RobotPoseSource : public PoseSource {
     if (const auto trip = predictor_->clocks().round_trip()) delay_.measure(*trip);
   }
   void on_controller(const controller_state_t& message) {
-    const bool is_powered = message.state != controller_state_t::STATE_IDLE &&
-                            message.state != controller_state_t::STATE_FAULT;
-    const ControllerFacts facts{
-        {message.utime},
-        is_powered,
-        message.state == controller_state_t::STATE_FOLLOWING,
-        message.driver_session,
-        message.needs_release != 0,
-        {{message.velocity_limit_rad_per_s, message.acceleration_limit_rad_per_s2},
-         message.limit_margin_rad,
-         seconds(std::clamp(message.command_timeout_s, 0.0, 1e6))}};
-    if (!predictor_->set_controller(node_.now(), facts)) {
+    const ControllerState controller = read_controller_state(message);
+    if (!predictor_->set_controller(node_.now(), controller)) {
       return node_.reject_message("CONTROLLER_STATE", "is older than the last");
     }
     controllers_.arrive(node_.now());
-    note_ = message.state == controller_state_t::STATE_FOLLOWING ? "" : message.reason;
+    note_ = controller.state == ArmState::kFollowing ? "" : controller.reason;
   }
   void on_alignment(const alignment_t& message) {
-    const auto a = read_alignment(message);
-    if (!a && message.state == alignment_t::STATE_ALIGNED) {
+    const auto alignment = read_alignment(message);
+    if (!alignment && message.state == alignment_t::STATE_ALIGNED) {
       return node_.reject_message("ALIGNMENT",
                                   "is no similarity, or of a joint delay that cannot be");
     }
-    if (a && !predictor_->set_alignment({a->epoch, a->world_from_map, a->ee_from_cam})) {
+    if (alignment && !predictor_->set_alignment(*alignment)) {
       return node_.reject_message("ALIGNMENT", "is of another map than the last");
     }
     alignments_.arrive(node_.now());
-    alignment_reason_ = a ? "" : "not aligned: " + message.reason;
+    alignment_reason_ = alignment ? "" : "not aligned: " + message.reason;
   }
   void on_base(const base_pose_t& message) {
-    const auto b = read_base(message);
-    if (!b ||
-        !predictor_->set_base(node_.now(), {b->time, b->epoch, b->world_from_base,
-                                            b->velocity_m_per_s, b->angular_velocity_rad_per_s})) {
+    const auto base = read_base(message);
+    if (!base || !predictor_->set_base(node_.now(), *base)) {
       return node_.reject_message("BASE_POSE",
                                   "is no pose, or is older or of another map than the last");
     }
