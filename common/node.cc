@@ -147,33 +147,14 @@ void Input::reject(const std::string& why) const {
   node_->reject(port_, why);
 }
 
-void Node::reject_message(const std::string& channel, const std::string& why) {
-  if (handled_ != nullptr && handled_->spec.channel == channel) return reject(handled_, why);
-  for (PortRecord& port : ports_) {
-    if (port.is_input && port.spec.channel == channel) return reject(&port, why);
-  }
-  FORESIGHT_CHECK(!"reject_message names a channel that was not subscribed");
-}
-
-void Node::reject_message(Domain domain, const std::string& channel, const std::string& why) {
-  for (PortRecord& port : ports_) {
-    if (port.is_input && port.spec.channel == channel && port.spec.domain == domain) {
-      return reject(&port, why);
-    }
-  }
-  FORESIGHT_CHECK(!"reject_message names a channel that was not subscribed");
-}
-
 void Node::guard(PortRecord* port, const std::function<void()>& call) {
   const Time begin = host_.now();
-  handled_ = port;
   try {
     call();
   } catch (const std::exception& e) {
     log_line(name_, "bug: exception in the handler of " + port->spec.channel + ": " + e.what());
     check_failed(__FILE__, __LINE__, "handlers do not throw");
   }
-  handled_ = nullptr;
   port->handling = std::max(port->handling, host_.now() - begin);
 }
 

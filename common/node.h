@@ -172,11 +172,6 @@ class Node {
   void set_state(ProcessState state, const std::string& reason);
   ProcessState state() const { return state_; }
   void set_metric(const std::string& name_with_unit, double value);
-  /// Counts outside data that was refused after decoding (unknown ids, impossible sizes): on the
-  /// port whose message is being handled, else on the first of that name.
-  void reject_message(const std::string& channel, const std::string& why);
-  /// The same, for a channel that is subscribed in both domains.
-  void reject_message(Domain domain, const std::string& channel, const std::string& why);
   /// The source has ended: state DONE; ends the process too, with `exit_code`, when there is one.
   void finish(const std::string& reason, std::optional<ExitCode> exit_code);
   /// One line for the process's log (stderr), with its name: what an operator of the machine may
@@ -211,7 +206,6 @@ class Node {
   std::deque<PortRecord> ports_;  // addresses stay valid
   std::vector<TimerRecord> timers_;
   std::vector<PortRecord*> health_ports_;
-  PortRecord* handled_ = nullptr;  // whose message is being handled
   std::map<std::string, double> metrics_;
   ProcessState state_ = ProcessState::kStarting;
   std::string reason_;

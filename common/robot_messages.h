@@ -1,6 +1,6 @@
-// Between the robot's messages and core types. As in messages.h, what is checked here is meaning:
-// unit quaternions, positive scales, joint counts that agree. A function that reads returns nothing
-// on bad data.
+// Between the robot's messages and core types (common/robot_types.h), both ways, field by field. As
+// in messages.h, what is checked here is meaning: unit quaternions, positive scales, joint counts
+// that agree. A function that reads returns nothing on bad data.
 #pragma once
 
 #include <cmath>
@@ -9,9 +9,10 @@
 
 #include "common/arm_model.h"
 #include "common/frames.h"
-#include "common/time.h"
+#include "common/robot_types.h"
 #include "foresight/alignment_t.hpp"
 #include "foresight/base_pose_t.hpp"
+#include "foresight/controller_state_t.hpp"
 #include "foresight/joint_command_t.hpp"
 #include "foresight/joint_state_t.hpp"
 #include "foresight/truth_t.hpp"
@@ -40,41 +41,24 @@ void write_transform(const Pose<A, B>& a_from_b, double quat_wxyz[4], double pos
 std::optional<JointVector> read_joints(const std::vector<double>& values);
 std::vector<double> write_joints(const JointVector& values);
 
-/// How the map lies in the robot's world (alignment_t).
-struct Alignment {
-  int64_t epoch = 0;
-  Similarity<World, Map> world_from_map;
-  Pose<Ee, Cam> ee_from_cam;
-  Duration joint_delay;
-};
 /// Nothing unless the message says ALIGNED, and what can be.
 std::optional<Alignment> read_alignment(const alignment_t& message);
+/// What `alignment` knows; state, reason and doubt are the sender's.
+void write_alignment(const Alignment& alignment, alignment_t* message);
 
-/// Where the base is, and how it moves (base_pose_t).
-struct BaseState {
-  Time time;
-  int64_t epoch = 0;
-  Pose<World, Base> world_from_base;
-  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  // in world
-  Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();
-  bool is_coasting = false;
-};
 std::optional<BaseState> read_base(const base_pose_t& message);
+base_pose_t write_base(const BaseState& base);
 
-struct JointCommand {
-  Time time;
-  int64_t session = 0, seq = 0;
-  bool engaged = false;
-  JointVector position_rad;
-};
-std::optional<JointCommand> read_command(const joint_command_t& message);
+/// Of every message: letting go needs no joints. Without joints, or with more than kMaxJoints of
+/// them, position_rad is empty.
+JointCommand read_command(const joint_command_t& message);
+joint_command_t write_command(const JointCommand& command);
 
-struct JointState {
-  Time time;
-  JointVector position_rad, velocity_rad_per_s;
-  JointVector reference_rad, reference_velocity_rad_per_s, target_rad;
-  Time command_time, command_arrival;  // 0: none yet
-};
 std::optional<JointState> read_joint_state(const joint_state_t& message);
+joint_state_t write_joint_state(const JointState& state);
+
+ControllerState read_controller_state(const controller_state_t& message);
+/// What `state` knows; the other counters are the sender's.
+void write_controller_state(const ControllerState& state, controller_state_t* message);
 
 }  // namespace foresight

@@ -16,6 +16,7 @@ namespace foresight {
 struct MotionLimits {
   double velocity = 1;      // rad/s, > 0
   double acceleration = 1;  // rad/s², > 0
+  bool operator==(const MotionLimits&) const = default;
 };
 
 struct MotionState {

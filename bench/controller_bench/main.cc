@@ -50,7 +50,7 @@ class Bench {
       targets_.push_back(JointVector::NullaryExpr(arm.size(), [&] { return any(random); }));
     }
     reading_ = {Time{1'000'000}, arm.home(), Safety::kActive, false, {}};
-    command_ = {reading_.time, 1, 0, true, arm.size(), arm.home()};
+    command_ = {reading_.time, 1, 0, true, arm.home()};
   }
 
   void print() {
@@ -120,7 +120,7 @@ class Bench {
         if (controller_.on_command(reading_.time, command_) != CommandVerdict::kAccepted) return 0.;
       }
       const double torque = controller_.step(reading_)[0];
-      reading_.position_rad = controller_.snapshot().reference.position_rad;
+      reading_.position_rad = controller_.snapshot().reference_rad;
       return torque;
     });
   }
@@ -129,7 +129,7 @@ class Bench {
   int count_;
   ArmController controller_;
   ArmReading reading_;
-  ArmCommand command_;
+  JointCommand command_;
   std::vector<JointVector> targets_;
 };
 

@@ -152,10 +152,9 @@ class ClosedLoopScorer {
 
   // What showing the commanded joints would have been worth, with the true base.
   void on_command(Bytes bytes) {
-    const auto command = read_command(decode<joint_command_t>(bytes));
-    if (!command || !command->engaged || !is_predicting_) return;
-    commands_.push_back(
-        {command->time + command_delay_, arm_.base_from_cam(command->position_rad)});
+    const JointCommand command = read_command(decode<joint_command_t>(bytes));
+    if (!command.is_engaged || command.position_rad.size() == 0 || !is_predicting_) return;
+    commands_.push_back({command.time + command_delay_, arm_.base_from_cam(command.position_rad)});
   }
 
   void on_camera_info(Bytes bytes) {

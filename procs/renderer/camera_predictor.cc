@@ -22,7 +22,7 @@ bool is_near(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return values.allFinite() && (values.array().abs() < kFarthest).all();
 }
 
-bool fits(const MeasuredJoints& s, int size) {
+bool fits(const JointState& s, int size) {
   for (const JointVector* v :
        {&s.position_rad, &s.reference_rad, &s.reference_velocity_rad_per_s, &s.target_rad}) {
     if (v->size() != size || !is_near(*v)) return false;
@@ -42,6 +42,11 @@ bool is_told(const ControllerLimits& limits) {
          within(limits.command_timeout.seconds(), 1e-3, 600);
 }
 
+// Else commands move nothing.
+bool is_powered(const ControllerState& controller) {
+  return controller.state != ArmState::kIdle && controller.state != ArmState::kFault;
+}
+
 std::string number_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
@@ -58,19 +63,14 @@ std::string age_text(Time now, int64_t session) {
 
 }  // namespace
 
-bool operator==(const ControllerLimits& a, const ControllerLimits& b) {
-  return a.motion.velocity == b.motion.velocity && a.motion.acceleration == b.motion.acceleration &&
-         a.joint_margin_rad == b.joint_margin_rad && a.command_timeout == b.command_timeout;
-}
-
 CameraPredictor::CameraPredictor(const ArmModel& arm, const CameraPredictorOptions& options)
     : arm_(arm), options_(options), commands_(arm.size()) {}
 
-CommandIntake CameraPredictor::add_command(Time now, const CommandedJoints& command) {
+CommandIntake CameraPredictor::add_command(Time now, const JointCommand& command) {
   return commands_.add(now, command, known_driver());
 }
 
-bool CameraPredictor::set_joint_state(Time now, const MeasuredJoints& state) {
+bool CameraPredictor::set_joint_state(Time now, const JointState& state) {
   if (!fits(state, arm_.size())) return false;
   // Also of a state that is refused: its stamp may be the first sign of a clock that was set.
   if (is_plausible(state.time)) downlink_.add(now, now - state.time);
@@ -109,7 +109,7 @@ std::string CameraPredictor::clock_doubt(Time now) const {
   return is_doubtful ? clocks_.complaint() : "";
 }
 
-bool CameraPredictor::set_controller(Time now, const ControllerFacts& controller) {
+bool CameraPredictor::set_controller(Time now, const ControllerState& controller) {
   const StampVerdict verdict = controller_order_.judge(now, controller.time);
   // Two changes in one instant are told one after the other.
   if (!is_taken(verdict) && verdict != StampVerdict::kRepeated) return false;
@@ -118,7 +118,7 @@ bool CameraPredictor::set_controller(Time now, const ControllerFacts& controller
   return true;
 }
 
-bool CameraPredictor::set_alignment(const MapInWorld& alignment) {
+bool CameraPredictor::set_alignment(const Alignment& alignment) {
   newest_alignment_ = alignment;
   const bool agrees = base_epoch_.value() == alignment.epoch;
   if (!alignment_epoch_.offer(alignment.epoch) && !agrees) return false;
@@ -126,7 +126,7 @@ bool CameraPredictor::set_alignment(const MapInWorld& alignment) {
   return true;
 }
 
-bool CameraPredictor::set_base(Time now, const BaseMotion& base) {
+bool CameraPredictor::set_base(Time now, const BaseState& base) {
   if (!is_near(base.world_from_base.translation()) || !is_near(base.velocity_m_per_s) ||
       !is_near(base.angular_velocity_rad_per_s)) {
     return false;
@@ -150,10 +150,10 @@ void CameraPredictor::find_base_acceleration() {
   const Time newest = recent_bases_.back().time;
   if (newest - recent_bases_.front().time < milliseconds(190)) return;
   double mean_s = 0;
-  for (const BaseMotion& b : recent_bases_) mean_s += (b.time - newest).seconds();
+  for (const BaseState& b : recent_bases_) mean_s += (b.time - newest).seconds();
   mean_s /= static_cast<double>(recent_bases_.size());
   double spread_s2 = 0;
-  for (const BaseMotion& b : recent_bases_) {
+  for (const BaseState& b : recent_bases_) {
     const double t = (b.time - newest).seconds() - mean_s;
     spread_s2 += t * t;
     base_acceleration_m_per_s2_ += t * b.velocity_m_per_s;
@@ -182,9 +182,9 @@ std::optional<PredictedCamera> CameraPredictor::predict(Time now) {
   predicted.instant = now + command_delay();
   predicted.epoch = alignment_->epoch;
   const Forecast forecast = run_reference(predicted.instant);
-  const CommandedJoints* newest = commands_.newest_of(forecast.driver);
+  const JointCommand* newest = commands_.newest_of(forecast.driver);
   const bool shows_command =
-      options_.joints == PredictedJoints::kCommand && newest != nullptr && newest->engaged;
+      options_.joints == PredictedJoints::kCommand && newest != nullptr && newest->is_engaged;
   predicted.position_rad = shows_command
                                ? arm_.clamp(newest->position_rad, limits().joint_margin_rad)
                                : forecast.position_rad;
@@ -200,8 +200,8 @@ std::optional<PredictedCamera> CameraPredictor::predict(Time now) {
 // CONTROLLER_STATE says it; JOINT_STATE, which comes more often, says it sooner: the sender of the
 // command that the reference was fitted to last.
 int64_t CameraPredictor::known_driver() const {
-  if (controller_ && controller_->driver != 0) return controller_->driver;
-  const bool may_follow = !controller_ || controller_->is_following;
+  if (controller_ && controller_->driver_session != 0) return controller_->driver_session;
+  const bool may_follow = !controller_ || controller_->state == ArmState::kFollowing;
   return may_follow && state_ && state_->command_time.us != 0
              ? commands_.who_gave(state_->command_time)
              : 0;
@@ -211,14 +211,14 @@ int64_t CameraPredictor::known_driver() const {
 DriverRule::Start CameraPredictor::driver_then(Time command_time) const {
   DriverRule::Start start{known_driver(), state_->command_arrival, {}};
   const bool nobody_is_released = controller_ && controller_->needs_release;
-  for (const CommandedJoints* command : commands_.newest_until(command_time)) {
+  for (const JointCommand* command : commands_.newest_until(command_time)) {
     const Time arrival = command->time + command_delay();
     if (command->session == start.driver) {
       // What JOINT_STATE alone tells may be that it has let go.
-      if (!command->engaged && !controller_) start.driver = 0;
+      if (!command->is_engaged && !controller_) start.driver = 0;
       start.driver_arrival = std::max(start.driver_arrival, arrival);
     }
-    if (!command->engaged && !nobody_is_released) {
+    if (!command->is_engaged && !nobody_is_released) {
       start.released.push_back({command->session, arrival});
     }
   }
@@ -226,7 +226,7 @@ DriverRule::Start CameraPredictor::driver_then(Time command_time) const {
 }
 
 // What the reference has been fitted to has arrived; all else arrives after it.
-Time CameraPredictor::arrival_of(const CommandedJoints& command) const {
+Time CameraPredictor::arrival_of(const JointCommand& command) const {
   const Time usual = command.time + command_delay();
   if (command.time <= state_->command_time) return std::min(usual, state_->command_arrival);
   return std::max(usual, state_->time);
@@ -235,8 +235,8 @@ Time CameraPredictor::arrival_of(const CommandedJoints& command) const {
 // The controller's reference, carried on from the newest state. A fitted profile re-fitted from its
 // middle is the same profile, so going on to the state's target changes nothing.
 CameraPredictor::Forecast CameraPredictor::run_reference(Time instant) const {
-  const MeasuredJoints& s = *state_;
-  if (controller_ && !controller_->is_powered) return {s.position_rad, 0};
+  const JointState& s = *state_;
+  if (controller_ && !is_powered(*controller_)) return {s.position_rad, 0};
   JointReference reference(limits().motion);
   reference.begin(s.time, s.reference_rad, s.reference_velocity_rad_per_s);
   reference.follow(s.time, s.target_rad);
@@ -249,7 +249,7 @@ CameraPredictor::Forecast CameraPredictor::run_reference(Time instant) const {
     const Time end = rule.lease_end();
     if (rule.expire(now) == ArmDoes::kStop) reference.stop(std::max(s.time, end));
   };
-  for (const CommandedJoints* command : commands_.after(known)) {
+  for (const JointCommand* command : commands_.after(known)) {
     const Time arrival = arrival_of(*command);
     if (arrival > instant) break;
     let_lease_end(arrival);
@@ -267,7 +267,7 @@ CameraPredictor::Forecast CameraPredictor::run_reference(Time instant) const {
 
 std::string CameraPredictor::commanders_complaint(Time now) const {
   const std::vector<int64_t> engaged = commands_.engaged(now);
-  const int64_t driver = controller_ ? controller_->driver : 0;
+  const int64_t driver = controller_ ? controller_->driver_session : 0;
   if (engaged.size() > 1) {
     std::string line = std::to_string(engaged.size()) + " senders command the arm at once: started";
     for (const int64_t session : engaged) {

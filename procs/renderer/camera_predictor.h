@@ -31,6 +31,7 @@
 #include "common/joint_reference.h"
 #include "common/newest_stamp.h"
 #include "common/persistent_value.h"
+#include "common/robot_types.h"
 #include "common/time.h"
 #include "procs/renderer/command_sessions.h"
 #include "procs/renderer/stream_watch.h"
@@ -42,14 +43,6 @@ enum class PredictedJoints {
   kCommand,  // the commanded joints themselves, as in the paper: ahead of the arm's limits
 };
 
-/// What the arm's controller works with; these and no others give its motion.
-struct ControllerLimits {
-  MotionLimits motion;
-  double joint_margin_rad = 0.05;
-  Duration command_timeout = milliseconds(500);
-};
-bool operator==(const ControllerLimits& a, const ControllerLimits& b);
-
 struct CameraPredictorOptions {
   PredictedJoints joints = PredictedJoints::kRobot;
   ControllerLimits limits = {};  // until the controller tells its own
@@ -60,33 +53,6 @@ struct CameraPredictorOptions {
   // Nothing is predicted while the clocks differ by more, or seem to, nor so soon after a step.
   Duration clock_tolerance = milliseconds(50);
   Duration step_settles = seconds(2);
-};
-
-/// What the operator's site knows of the robot; as in common/robot_messages.h.
-struct MeasuredJoints {
-  Time time;
-  JointVector position_rad, reference_rad, reference_velocity_rad_per_s, target_rad;
-  Time command_time, command_arrival;  // of the newest command that the reference knows; 0: none
-};
-struct ControllerFacts {
-  Time time = {};
-  bool is_powered = true;  // else (idle, fault) commands move nothing
-  bool is_following = false;
-  int64_t driver = 0;  // whose commands it follows; 0: nobody's, or it does not say
-  bool needs_release = false;
-  ControllerLimits limits = {};  // not above 0: it does not say
-};
-struct MapInWorld {
-  int64_t epoch = 0;
-  Similarity<World, Map> world_from_map;
-  Pose<Ee, Cam> ee_from_cam;
-};
-struct BaseMotion {
-  Time time;
-  int64_t epoch = 0;
-  Pose<World, Base> world_from_base;
-  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();
 };
 
 struct PredictedCamera {
@@ -104,14 +70,14 @@ class CameraPredictor {
   CameraPredictor(const ArmModel& arm, const CameraPredictorOptions& options);
 
   /// `now`: when it arrived, also below.
-  [[nodiscard]] CommandIntake add_command(Time now, const CommandedJoints& command);
+  [[nodiscard]] CommandIntake add_command(Time now, const JointCommand& command);
   /// False: ignored, because it is of another arm, makes no sense, or is older than what is known
   /// and not of a stream that keeps coming. Also below.
-  [[nodiscard]] bool set_joint_state(Time now, const MeasuredJoints& state);
-  [[nodiscard]] bool set_controller(Time now, const ControllerFacts& controller);
-  [[nodiscard]] bool set_base(Time now, const BaseMotion& base);
+  [[nodiscard]] bool set_joint_state(Time now, const JointState& state);
+  [[nodiscard]] bool set_controller(Time now, const ControllerState& controller);
+  [[nodiscard]] bool set_base(Time now, const BaseState& base);
   /// False: of another map than the last and than BASE_POSE; counts when it is stated again.
-  [[nodiscard]] bool set_alignment(const MapInWorld& alignment);
+  [[nodiscard]] bool set_alignment(const Alignment& alignment);
 
   std::optional<PredictedCamera> predict(Time now);
   /// Why predict() returned nothing.
@@ -136,7 +102,7 @@ class CameraPredictor {
   std::string clock_doubt(Time now) const;
   int64_t known_driver() const;
   DriverRule::Start driver_then(Time command_time) const;
-  Time arrival_of(const CommandedJoints& command) const;
+  Time arrival_of(const JointCommand& command) const;
   Forecast run_reference(Time instant) const;
   Pose<World, Base> predict_base(Time instant) const;
   void find_base_acceleration();
@@ -150,13 +116,13 @@ class CameraPredictor {
   std::optional<Time> step_time_;
   StreamWatch state_watch_;
   NewestStamp state_order_, controller_order_, base_order_;
-  std::optional<MeasuredJoints> state_;
-  std::optional<ControllerFacts> controller_;
+  std::optional<JointState> state_;
+  std::optional<ControllerState> controller_;
   PersistentValue<ControllerLimits> limits_;
-  std::optional<MapInWorld> alignment_, newest_alignment_;
+  std::optional<Alignment> alignment_, newest_alignment_;
   PersistentValue<int64_t> alignment_epoch_{2}, base_epoch_;
-  std::optional<BaseMotion> base_;
-  std::deque<BaseMotion> recent_bases_;
+  std::optional<BaseState> base_;
+  std::deque<BaseState> recent_bases_;
   Eigen::Vector3d base_acceleration_m_per_s2_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d base_angular_acceleration_rad_per_s2_ = Eigen::Vector3d::Zero();
   std::string reason_;

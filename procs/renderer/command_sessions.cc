@@ -26,7 +26,7 @@ const char* to_string(CommandIntake intake) {
   return "?";
 }
 
-CommandIntake CommandSessions::add(Time now, const CommandedJoints& command, int64_t kept) {
+CommandIntake CommandSessions::add(Time now, const JointCommand& command, int64_t kept) {
   if (command.position_rad.size() != joint_count_) return CommandIntake::kOtherArm;
   const Time latest = now + kFuture;
   if (command.time > latest || command.session > latest.us) return CommandIntake::kFuture;
@@ -38,7 +38,7 @@ CommandIntake CommandSessions::add(Time now, const CommandedJoints& command, int
   session.commands.push_back(command);
   if (session.commands.size() > kCommandsKept) session.commands.pop_front();
   session.arrival = now;
-  if (command.engaged) session.engaged = now;
+  if (command.is_engaged) session.engaged = now;
   return CommandIntake::kTaken;
 }
 
@@ -59,12 +59,11 @@ CommandSessions::Session* CommandSessions::find_or_open(int64_t id, int64_t kept
   return &sessions_.back();
 }
 
-std::vector<const CommandedJoints*> CommandSessions::after(Time time) const {
-  std::vector<const CommandedJoints*> later;
+std::vector<const JointCommand*> CommandSessions::after(Time time) const {
+  std::vector<const JointCommand*> later;
   for (const Session& session : sessions_) {
-    const auto first =
-        std::upper_bound(session.commands.begin(), session.commands.end(), time,
-                         [](Time t, const CommandedJoints& c) { return t < c.time; });
+    const auto first = std::upper_bound(session.commands.begin(), session.commands.end(), time,
+                                        [](Time t, const JointCommand& c) { return t < c.time; });
     for (auto c = first; c != session.commands.end(); ++c) later.push_back(&*c);
   }
   std::stable_sort(later.begin(), later.end(),
@@ -72,27 +71,27 @@ std::vector<const CommandedJoints*> CommandSessions::after(Time time) const {
   return later;
 }
 
-std::vector<const CommandedJoints*> CommandSessions::newest_until(Time time) const {
-  std::vector<const CommandedJoints*> newest;
+std::vector<const JointCommand*> CommandSessions::newest_until(Time time) const {
+  std::vector<const JointCommand*> newest;
   for (const Session& session : sessions_) {
     const auto next = std::upper_bound(session.commands.begin(), session.commands.end(), time,
-                                       [](Time t, const CommandedJoints& c) { return t < c.time; });
+                                       [](Time t, const JointCommand& c) { return t < c.time; });
     if (next != session.commands.begin()) newest.push_back(&*(next - 1));
   }
   return newest;
 }
 
-const CommandedJoints* CommandSessions::newest() const {
-  const CommandedJoints* newest = nullptr;
+const JointCommand* CommandSessions::newest() const {
+  const JointCommand* newest = nullptr;
   for (const Session& session : sessions_) {
     if (session.commands.empty()) continue;
-    const CommandedJoints& last = session.commands.back();
+    const JointCommand& last = session.commands.back();
     if (newest == nullptr || last.time > newest->time) newest = &last;
   }
   return newest;
 }
 
-const CommandedJoints* CommandSessions::newest_of(int64_t id) const {
+const JointCommand* CommandSessions::newest_of(int64_t id) const {
   for (const Session& session : sessions_) {
     if (session.id == id && !session.commands.empty()) return &session.commands.back();
   }
@@ -100,7 +99,7 @@ const CommandedJoints* CommandSessions::newest_of(int64_t id) const {
 }
 
 int64_t CommandSessions::who_gave(Time time) const {
-  for (const CommandedJoints* command : newest_until(time)) {
+  for (const JointCommand* command : newest_until(time)) {
     if (command->time == time) return command->session;
   }
   return 0;
@@ -124,9 +123,9 @@ void DriverRule::forget(int64_t session) {
   std::erase_if(now_.released, [session](const Released& r) { return r.session == session; });
 }
 
-ArmDoes DriverRule::admit(Time arrival, const CommandedJoints& command) {
+ArmDoes DriverRule::admit(Time arrival, const JointCommand& command) {
   const bool drives = now_.driver != 0 && now_.driver == command.session;
-  if (!command.engaged) {
+  if (!command.is_engaged) {
     forget(command.session);
     now_.released.push_back({command.session, arrival});
     if (!drives) return ArmDoes::kNothing;

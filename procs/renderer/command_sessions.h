@@ -3,7 +3,7 @@
 //
 //   CommandSessions sessions(arm.size());
 //   if (sessions.add(now, command) != CommandIntake::kTaken) …
-//   for (const CommandedJoints* c : sessions.after(time)) …            // by time
+//   for (const JointCommand* c : sessions.after(time)) …            // by time
 //
 //   DriverRule rule(sessions, {.driver = …}, timeout);   // as CONTROLLER_STATE says it was
 //   if (rule.admit(arrival, command) == ArmDoes::kFollow) …
@@ -18,18 +18,11 @@
 #include <optional>
 #include <vector>
 
-#include "common/arm_model.h"
 #include "common/newest_stamp.h"
+#include "common/robot_types.h"
 #include "common/time.h"
 
 namespace foresight {
-
-struct CommandedJoints {
-  Time time;
-  int64_t session = 0;
-  bool engaged = false;
-  JointVector position_rad;
-};
 
 enum class CommandIntake : uint8_t {
   kTaken,
@@ -45,13 +38,13 @@ class CommandSessions {
   explicit CommandSessions(int joint_count) : joint_count_(joint_count) {}
 
   /// Remembers the commands of the last kSessions senders; `kept` is the one that nobody displaces.
-  [[nodiscard]] CommandIntake add(Time now, const CommandedJoints& command, int64_t kept);
+  [[nodiscard]] CommandIntake add(Time now, const JointCommand& command, int64_t kept);
   /// All commands given after an instant, by time.
-  std::vector<const CommandedJoints*> after(Time time) const;
+  std::vector<const JointCommand*> after(Time time) const;
   /// The newest command of each sender that was given at `time` at the latest.
-  std::vector<const CommandedJoints*> newest_until(Time time) const;
-  const CommandedJoints* newest() const;
-  const CommandedJoints* newest_of(int64_t session) const;
+  std::vector<const JointCommand*> newest_until(Time time) const;
+  const JointCommand* newest() const;
+  const JointCommand* newest_of(int64_t session) const;
   /// Who gave the command of this instant; 0: nobody that is remembered.
   int64_t who_gave(Time time) const;
   /// Senders that engaged in the second before `now`.
@@ -62,7 +55,7 @@ class CommandSessions {
   struct Session {
     int64_t id = 0;
     NewestStamp order;
-    std::deque<CommandedJoints> commands;  // by time
+    std::deque<JointCommand> commands;  // by time
     Time arrival;
     std::optional<Time> engaged;  // when it last was
   };
@@ -89,7 +82,7 @@ class DriverRule {
   DriverRule(Start start, Duration timeout) : now_(std::move(start)), timeout_(timeout) {}
 
   /// In order of arrival. kStop: the driver lets go.
-  ArmDoes admit(Time arrival, const CommandedJoints& command);
+  ArmDoes admit(Time arrival, const JointCommand& command);
   /// Ends the driver's lease; kStop when that was at or before `now`.
   ArmDoes expire(Time now);
   int64_t driver() const { return now_.driver; }

@@ -112,7 +112,7 @@ void PaintPass::draw(const PaintJob& job) {
   glActiveTexture(GL_TEXTURE2);
   glBindTexture(GL_TEXTURE_2D_ARRAY, job.depths);
   glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, job.surface);
+  glBindTexture(GL_TEXTURE_2D, job.surface.value_or(0));
 
   glDisable(GL_BLEND);
   glEnable(GL_DEPTH_TEST);  // a painted pixel lets no later pass through
@@ -121,7 +121,7 @@ void PaintPass::draw(const PaintJob& job) {
   glClear(GL_DEPTH_BUFFER_BIT);
   PaintShader variant;
   if (!job.views.empty()) variant.lens = shader_lens(job.views[0].camera);
-  variant.has_mesh = job.has_mesh;
+  variant.has_mesh = job.surface.has_value();
   variant.one_view = true;
   for (size_t i = 0; i < std::min(kOwnPasses, job.views.size()); ++i) {
     glBindBufferRange(GL_UNIFORM_BUFFER, 0, views_.name(),

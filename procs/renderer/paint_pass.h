@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "common/camera_model.h"
@@ -23,11 +24,10 @@ struct PaintView {
 };
 
 struct PaintJob {
-  CameraModel camera;    // of the picture; no distortion
-  unsigned surface = 0;  // texture of SurfacePass; unused without a mesh
-  unsigned images = 0;   // texture array, RGBA8
-  unsigned depths = 0;   // texture array, R32F
-  bool has_mesh = false;
+  CameraModel camera;               // of the picture; no distortion
+  std::optional<unsigned> surface;  // texture of SurfacePass; none: there is no mesh
+  unsigned images = 0;              // texture array, RGBA8
+  unsigned depths = 0;              // texture array, R32F
   bool paint_hull = true;
   bool paint_background = true;
   std::vector<PaintView> views;  // by rank, at most kMaxUsedViews, one lens kind

@@ -1,11 +1,9 @@
 #include "procs/renderer/pose_source.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "common/messages.h"
 #include "common/robot_messages.h"
-#include "foresight/controller_state_t.hpp"
 #include "procs/renderer/camera_predictor.h"
 
 namespace foresight {
@@ -19,11 +17,12 @@ class RecordedPoseSource : public PoseSource {
  public:
   RecordedPoseSource(Node& node, std::function<void()> on_change)
       : node_(node), on_change_(std::move(on_change)) {
-    node.subscribe<camera_pose_t>({.channel = "CAMERA_POSE",
-                                   .domain = Domain::kRobot,
-                                   .rate_hz = 30,
-                                   .doc = "undelayed; stands in for the operator's command"},
-                                  Queue::kLatest, [this](const camera_pose_t& m) { on_pose(m); });
+    input_ = node.subscribe<camera_pose_t>(
+        {.channel = "CAMERA_POSE",
+         .domain = Domain::kRobot,
+         .rate_hz = 30,
+         .doc = "undelayed; stands in for the operator's command"},
+        Queue::kLatest, [this](const camera_pose_t& m) { on_pose(m); });
   }
   std::optional<PredictedPose> predict(Time) override { return pose_; }
   std::string reason() const override { return reason_; }
@@ -34,7 +33,7 @@ class RecordedPoseSource : public PoseSource {
  private:
   void on_pose(const camera_pose_t& message) {
     const StampVerdict verdict = order_.judge(node_.now(), {message.utime});
-    if (!is_taken(verdict)) return node_.reject_message("CAMERA_POSE", to_string(verdict));
+    if (!is_taken(verdict)) return input_.reject(to_string(verdict));
     watch_.arrive(node_.now());
     const auto pose = read_pose(message);
     pose_.reset();
@@ -44,6 +43,7 @@ class RecordedPoseSource : public PoseSource {
   }
 
   Node& node_;
+  Input input_;
   std::function<void()> on_change_;
   NewestStamp order_;
   StreamWatch watch_;
@@ -56,16 +56,19 @@ class RobotPoseSource : public PoseSource {
  public:
   RobotPoseSource(Node& node, const RendererParams& params, std::function<void()> on_change)
       : node_(node), params_(params), on_change_(std::move(on_change)) {
-    listen<joint_command_t>("JOINT_COMMAND", 30, "where the operator wants the joints; undelayed",
-                            Queue::kAll, &RobotPoseSource::on_command);
-    listen<joint_state_t>("JOINT_STATE", 100, "the arm's joints and reference, delayed",
-                          Queue::kLatest, &RobotPoseSource::on_joint_state);
-    listen<controller_state_t>("CONTROLLER_STATE", 10, "whether the arm follows, delayed",
-                               Queue::kLatest, &RobotPoseSource::on_controller);
-    listen<alignment_t>("ALIGNMENT", 1, "how the map lies in the robot's world", Queue::kLatest,
-                        &RobotPoseSource::on_alignment);
-    listen<base_pose_t>("BASE_POSE", 30, "where the base is, delayed", Queue::kLatest,
-                        &RobotPoseSource::on_base);
+    command_input_ = listen<joint_command_t>("JOINT_COMMAND", 30,
+                                             "where the operator wants the joints; undelayed",
+                                             Queue::kAll, &RobotPoseSource::on_command);
+    joint_state_input_ =
+        listen<joint_state_t>("JOINT_STATE", 100, "the arm's joints and reference, delayed",
+                              Queue::kLatest, &RobotPoseSource::on_joint_state);
+    controller_input_ =
+        listen<controller_state_t>("CONTROLLER_STATE", 10, "whether the arm follows, delayed",
+                                   Queue::kLatest, &RobotPoseSource::on_controller);
+    alignment_input_ = listen<alignment_t>("ALIGNMENT", 1, "how the map lies in the robot's world",
+                                           Queue::kLatest, &RobotPoseSource::on_alignment);
+    base_input_ = listen<base_pose_t>("BASE_POSE", 30, "where the base is, delayed", Queue::kLatest,
+                                      &RobotPoseSource::on_base);
   }
   void start() override {
     const ArmModel arm = load_arm_file(params_.arm_file);
@@ -116,83 +119,67 @@ class RobotPoseSource : public PoseSource {
 
  private:
   template <class Message>
-  void listen(const char* channel, double rate_hz, const char* doc, Queue queue,
-              void (RobotPoseSource::*handler)(const Message&)) {
-    node_.subscribe<Message>(
+  Input listen(const char* channel, double rate_hz, const char* doc, Queue queue,
+               void (RobotPoseSource::*handler)(const Message&)) {
+    return node_.subscribe<Message>(
         {.channel = channel, .domain = Domain::kOperator, .rate_hz = rate_hz, .doc = doc}, queue,
         [this, handler](const Message& m) { (this->*handler)(m); });
   }
   Duration state_slack() const { return seconds(params_.joint_state_timeout_s); }
   void on_command(const joint_command_t& message) {
-    const auto c = read_command(message);
-    if (!c || c->position_rad.size() != message.n_joints) {
-      return node_.reject_message("JOINT_COMMAND", "has no joints, or too many");
+    const JointCommand command = read_command(message);
+    if (command.position_rad.size() == 0) {
+      return command_input_.reject("has no joints, or too many");
     }
-    const CommandIntake intake =
-        predictor_->add_command(node_.now(), {c->time, c->session, c->engaged, c->position_rad});
+    const CommandIntake intake = predictor_->add_command(node_.now(), command);
     if (intake != CommandIntake::kTaken) {
-      return node_.reject_message("JOINT_COMMAND", to_string(intake));
+      return command_input_.reject(to_string(intake));
     }
     on_change_();
   }
   void on_joint_state(const joint_state_t& message) {
-    const auto s = read_joint_state(message);
-    if (s && s->position_rad.size() != joint_count_) {
-      other_joints_ = static_cast<int>(s->position_rad.size());
-      return node_.reject_message("JOINT_STATE", "is not of the arm of arm_file");
+    const auto state = read_joint_state(message);
+    if (state && state->position_rad.size() != joint_count_) {
+      other_joints_ = static_cast<int>(state->position_rad.size());
+      return joint_state_input_.reject("is not of the arm of arm_file");
     }
     const Time now = node_.now();
-    if (!s || !predictor_->set_joint_state(
-                  now, {s->time, s->position_rad, s->reference_rad, s->reference_velocity_rad_per_s,
-                        s->target_rad, s->command_time, s->command_arrival})) {
-      return node_.reject_message("JOINT_STATE", "makes no sense, or is older than the last");
+    if (!state || !predictor_->set_joint_state(now, *state)) {
+      return joint_state_input_.reject("makes no sense, or is older than the last");
     }
     other_joints_ = 0;
     states_.arrive(now);
     if (const auto trip = predictor_->clocks().round_trip()) delay_.measure(*trip);
   }
   void on_controller(const controller_state_t& message) {
-    const bool is_powered = message.state != controller_state_t::STATE_IDLE &&
-                            message.state != controller_state_t::STATE_FAULT;
-    const ControllerFacts facts{
-        {message.utime},
-        is_powered,
-        message.state == controller_state_t::STATE_FOLLOWING,
-        message.driver_session,
-        message.needs_release != 0,
-        {{message.velocity_limit_rad_per_s, message.acceleration_limit_rad_per_s2},
-         message.limit_margin_rad,
-         seconds(std::clamp(message.command_timeout_s, 0.0, 1e6))}};
-    if (!predictor_->set_controller(node_.now(), facts)) {
-      return node_.reject_message("CONTROLLER_STATE", "is older than the last");
+    const ControllerState controller = read_controller_state(message);
+    if (!predictor_->set_controller(node_.now(), controller)) {
+      return controller_input_.reject("is older than the last");
     }
     controllers_.arrive(node_.now());
-    note_ = message.state == controller_state_t::STATE_FOLLOWING ? "" : message.reason;
+    note_ = controller.state == ArmState::kFollowing ? "" : controller.reason;
   }
   void on_alignment(const alignment_t& message) {
-    const auto a = read_alignment(message);
-    if (!a && message.state == alignment_t::STATE_ALIGNED) {
-      return node_.reject_message("ALIGNMENT",
-                                  "is no similarity, or of a joint delay that cannot be");
+    const auto alignment = read_alignment(message);
+    if (!alignment && message.state == alignment_t::STATE_ALIGNED) {
+      return alignment_input_.reject("is no similarity, or of a joint delay that cannot be");
     }
-    if (a && !predictor_->set_alignment({a->epoch, a->world_from_map, a->ee_from_cam})) {
-      return node_.reject_message("ALIGNMENT", "is of another map than the last");
+    if (alignment && !predictor_->set_alignment(*alignment)) {
+      return alignment_input_.reject("is of another map than the last");
     }
     alignments_.arrive(node_.now());
-    alignment_reason_ = a ? "" : "not aligned: " + message.reason;
+    alignment_reason_ = alignment ? "" : "not aligned: " + message.reason;
   }
   void on_base(const base_pose_t& message) {
-    const auto b = read_base(message);
-    if (!b ||
-        !predictor_->set_base(node_.now(), {b->time, b->epoch, b->world_from_base,
-                                            b->velocity_m_per_s, b->angular_velocity_rad_per_s})) {
-      return node_.reject_message("BASE_POSE",
-                                  "is no pose, or is older or of another map than the last");
+    const auto base = read_base(message);
+    if (!base || !predictor_->set_base(node_.now(), *base)) {
+      return base_input_.reject("is no pose, or is older or of another map than the last");
     }
     bases_.arrive(node_.now());
   }
 
   Node& node_;
+  Input command_input_, joint_state_input_, controller_input_, alignment_input_, base_input_;
   RendererParams params_;
   std::function<void()> on_change_;
   std::unique_ptr<CameraPredictor> predictor_;

@@ -72,7 +72,7 @@ RendererProcess::RendererProcess(Node& node, const RendererParams& params)
   poses_ = make_pose_source(node, params, [this] { request_draw(); });
   const Duration period = seconds(1.0 / params.idle_rate_hz);
   node.every(period, "redraw", [this, period] {
-    if (is_due(last_draw_, period)) draw();
+    if (is_due(frame_.begin, period)) draw();
   });
   node.every(milliseconds(100), "doubt the mesh", [this] {
     if (mesh_gate_.is_unconfirmed(node_.now(), view_gate_.epoch())) ask_for_mesh();
@@ -239,30 +239,31 @@ void RendererProcess::request_draw() {
 }
 
 void RendererProcess::draw() {
-  const Time begin = node_.now();
+  frame_ = {.begin = node_.now()};
   const Stopwatch watch(!node_.is_simulated());
-  last_draw_ = begin;
   gl_->context->make_current();
-  const bool has_prediction = has_prediction_ = draw_predicted();
-  compose(has_prediction);
+  const auto pose = poses_->predict(node_.now());
+  frame_.has_pose = pose.has_value();
+  if (pose && draw_predicted(*pose)) frame_.prediction = pose;
+  compose(frame_);
   gl_->context->present();
-  drawn_.add(begin);
-  publish_stats(has_prediction, begin, watch.elapsed());
+  drawn_.add(frame_.begin);
+  publish_stats(frame_, watch.elapsed());
   handle_keys();
-  if (has_prediction) read_prediction();
+  if (frame_.prediction) read_prediction(*frame_.prediction);
 }
 
-bool RendererProcess::draw_predicted() {
-  pose_ = poses_->predict(node_.now());
+// False where there is nothing to draw that belongs to the pose's map.
+bool RendererProcess::draw_predicted(const PredictedPose& pose) {
   const int64_t epoch = view_gate_.epoch();
-  const bool one_map = epoch != 0 && mesh_gate_.shown() && mesh_gate_.shown()->epoch == epoch &&
-                       pose_ && pose_->epoch == epoch;
+  const bool one_map =
+      epoch != 0 && mesh_gate_.shown() && mesh_gate_.shown()->epoch == epoch && pose.epoch == epoch;
   if (!camera_ || !one_map || gl_->scene.triangles() == 0) return false;
   const RenderOptions options{.used_views = params_.used_views,
                               .least_confidence = params_.least_confidence,
                               .paint_hull = params_.paint_guesses,
                               .paint_background = params_.paint_guesses};
-  return gl_->scene.render(camera_->undistorted(), pose_->map_from_cam, options).status ==
+  return gl_->scene.render(camera_->undistorted(), pose.map_from_cam, options).status ==
          RenderStatus::kDrawn;
 }
 
@@ -273,7 +274,7 @@ void RendererProcess::show(const VideoRenderer& video, const Rectangle& place, c
 }
 
 // Without a prediction its place shows the delayed video, and the panel says so.
-void RendererProcess::compose(bool has_prediction) {
+void RendererProcess::compose(const Frame& frame) {
   GlContext& context = *gl_->context;
   if (camera_ && std::exchange(video_.changed, false)) gl_->video.draw(camera_->undistorted());
   if (camera_ && std::exchange(undelayed_.changed, false)) {
@@ -285,12 +286,12 @@ void RendererProcess::compose(bool has_prediction) {
       camera_ ? static_cast<double>(camera_->width_px) / camera_->height_px : 4.0 / 3.0;
   const Places places = place_pictures(layout_, context.width_px(), context.height_px(), aspect);
   const Time now = node_.now();
-  if (places.predicted && has_prediction) {
+  if (places.predicted && frame.prediction) {
     gl_->hud.draw_texture(gl_->scene.colour(), *places.predicted, context.height_px());
-    gl_->hud.draw_panel(predicted_panel(prediction_status(true)), *places.predicted,
+    gl_->hud.draw_panel(predicted_panel(prediction_status(frame)), *places.predicted,
                         context.height_px());
   } else if (places.predicted) {
-    show(gl_->video, *places.predicted, predicted_panel(prediction_status(false)));
+    show(gl_->video, *places.predicted, predicted_panel(prediction_status(frame)));
   }
   if (places.delayed) show(gl_->video, *places.delayed, delayed_panel(video_.status(now)));
   if (places.undelayed) {
@@ -298,13 +299,13 @@ void RendererProcess::compose(bool has_prediction) {
   }
 }
 
-PredictionStatus RendererProcess::prediction_status(bool has_prediction) const {
+PredictionStatus RendererProcess::prediction_status(const Frame& frame) const {
   PredictionStatus status;
-  status.is_drawn = has_prediction;
-  status.was_mapped = view_gate_.epoch() != 0 && !pose_;
+  status.is_drawn = frame.prediction.has_value();
+  status.was_mapped = view_gate_.epoch() != 0 && !frame.has_pose;
   status.reason = poses_->reason();
   status.note = poses_->note();
-  if (pose_) status.texture_age = pose_->instant - texture_time_;
+  if (frame.prediction) status.texture_age = frame.prediction->instant - texture_time_;
   status.fps = drawn_.fps;
   status.triangles = gl_->scene.triangles();
   status.shares = shares_;
@@ -312,26 +313,26 @@ PredictionStatus RendererProcess::prediction_status(bool has_prediction) const {
 }
 
 // Reading pixels back costs time: always for a listener, else twice a second for the figures.
-void RendererProcess::read_prediction() {
+void RendererProcess::read_prediction(const PredictedPose& pose) {
   const bool due = is_due(shares_time_, milliseconds(500));
   if (!listener_ && !due) return;
   RenderedFrame picture = gl_->scene.read_back();
   shares_ = count_sources(picture.source);
   shares_time_ = node_.now();
   if (listener_) {
-    listener_({*pose_, texture_time_, camera_->undistorted(), std::move(picture)});
+    listener_({pose, texture_time_, camera_->undistorted(), std::move(picture)});
   }
 }
 
-void RendererProcess::publish_stats(bool has_prediction, Time begin, Duration drawing) {
+void RendererProcess::publish_stats(const Frame& frame, Duration drawing) {
   display_stats_t stats{};
   stats.predicted_world_from_cam_quat_wxyz[0] = 1;
-  stats.shown_utime = (begin + drawing).us;
-  if (has_prediction) {
-    stats.utime = pose_->instant.us;
-    stats.command_utime = pose_->command_time.us;
+  stats.shown_utime = (frame.begin + drawing).us;
+  if (const auto& pose = frame.prediction) {
+    stats.utime = pose->instant.us;
+    stats.command_utime = pose->command_time.us;
     stats.epoch = view_gate_.epoch();
-    write_transform(pose_->world_from_cam, stats.predicted_world_from_cam_quat_wxyz,
+    write_transform(pose->world_from_cam, stats.predicted_world_from_cam_quat_wxyz,
                     stats.predicted_world_from_cam_position_m);
     const SourceShares shares = shares_.value_or(SourceShares{});
     stats.textured_share = static_cast<float>(shares.newest + shares.earlier);
@@ -397,7 +398,7 @@ void RendererProcess::report_health() {
   facts.redraw_after = seconds(1.0 / params_.idle_rate_hz);
   facts.stood_still = std::min(since_judged_.elapsed(), facts.now - judged_) - seconds(1);
   facts.has_video = video_.count > 0;
-  facts.has_prediction = has_prediction_;
+  facts.has_prediction = frame_.prediction.has_value();
   facts.prediction_reason = poses_->reason().empty() ? "no model yet" : poses_->reason();
   facts.streams.push_back({"VIEW", view_watch_, seconds(1)});
   facts.delay = video_delay_.current();

@@ -72,6 +72,14 @@ class RendererProcess : public Process {
  private:
   struct Gl;  // everything that needs the GL context
 
+  // One picture on the display.
+  struct Frame {
+    Time begin;             // when drawing it began
+    bool has_pose = false;  // it was known where the camera will be
+    // The pose that the predicted view was drawn for; none: without a pose, or a model of its map.
+    std::optional<PredictedPose> prediction;
+  };
+
   void subscribe();
   void on_camera_info(const camera_info_t& message);
   void on_view(const view_t& message);
@@ -81,12 +89,12 @@ class RendererProcess : public Process {
   void ask_for_mesh();
   void request_draw();
   void draw();
-  bool draw_predicted();
-  void compose(bool has_prediction);
+  bool draw_predicted(const PredictedPose& pose);
+  void compose(const Frame& frame);
   void show(const VideoRenderer& video, const Rectangle& place, const Panel& panel);
-  void read_prediction();
-  PredictionStatus prediction_status(bool has_prediction) const;
-  void publish_stats(bool has_prediction, Time begin, Duration drawing);
+  void read_prediction(const PredictedPose& pose);
+  PredictionStatus prediction_status(const Frame& frame) const;
+  void publish_stats(const Frame& frame, Duration drawing);
   void handle_keys();
   void record();
   void update_rates();
@@ -122,9 +130,8 @@ class RendererProcess : public Process {
   Time judged_;
 
   std::optional<CameraModel> camera_;  // of the images
-  std::optional<PredictedPose> pose_;  // of the last draw
-  bool has_prediction_ = false;        // the last draw
-  Time texture_time_, last_draw_;
+  Frame frame_;                        // the last
+  Time texture_time_;
   Stream video_, undelayed_, drawn_;
   Layout layout_;
   std::optional<SourceShares> shares_;  // counted now and then

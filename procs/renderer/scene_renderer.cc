@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "procs/renderer/depth_camera.h"
 #include "procs/renderer/paint_pass.h"
@@ -146,29 +148,34 @@ RenderSummary SceneRenderer::render(const CameraModel& camera,
   const ViewQuery query{map_from_predicted_cam, camera, &s.surface_pass.samples_in_map(),
                         s.surface_pass.scene_size_mu(),
                         std::clamp(options.used_views, 1, kMaxUsedViews)};
-  PaintJob job{camera,
-               0,
-               s.images.name(),
-               s.depths.name(),
-               s.has_mesh(),
-               options.paint_hull,
-               options.paint_background,
-               {}};
+  std::vector<PaintView> views;
   for (StoredView* view : s.store.select(query)) {
     if (s.has_mesh() && view->depth_mesh != s.mesh_number) {
       s.draw_depth_map(view);
       ++summary.depth_maps_drawn;
     }
     const Pose<Cam, Cam> view_from_pred = view->map_from_cam.inverse() * map_from_predicted_cam;
-    job.views.push_back({view_from_pred.rotation().toRotationMatrix(), view_from_pred.translation(),
-                         view->camera, view->depth_camera, view->slot});
+    views.push_back({.view_from_pred_rotation = view_from_pred.rotation().toRotationMatrix(),
+                     .view_from_pred_translation = view_from_pred.translation(),
+                     .camera = view->camera,
+                     .depth_camera = view->depth_camera,
+                     .layer = view->slot});
     if (summary.view_ids.empty()) summary.newest_time = view->time;
     summary.view_ids.push_back(view->id);
   }
-  if (s.has_mesh()) s.draw_surface(camera, map_from_predicted_cam, options.least_confidence);
-  job.surface = s.surface.name();
+  std::optional<unsigned> surface;
+  if (s.has_mesh()) {
+    s.draw_surface(camera, map_from_predicted_cam, options.least_confidence);
+    surface = s.surface.name();
+  }
   s.picture.bind(camera.width_px, camera.height_px);
-  s.paint_pass.draw(job);
+  s.paint_pass.draw({.camera = camera,
+                     .surface = surface,
+                     .images = s.images.name(),
+                     .depths = s.depths.name(),
+                     .paint_hull = options.paint_hull,
+                     .paint_background = options.paint_background,
+                     .views = std::move(views)});
   return summary;
 }
 

@@ -60,8 +60,8 @@ ArmController::ArmController(const ArmModel& arm, const ControllerOptions& optio
     : arm_(arm),
       options_(options),
       dynamics_(arm, options.gravity_in_base_m_per_s2),
-      gate_({arm.size(), options.command_max_age, options.command_timeout}),
-      reference_(options.motion_limits),
+      gate_({arm.size(), options.command_max_age, options.limits.command_timeout}),
+      reference_(options.limits.motion),
       servo_(arm, options.velocity_filter_hz),
       weighing_(options.weight_tolerance_nm, arm.size()),
       motion_{zeros(arm.size()), zeros(arm.size()), zeros(arm.size())},
@@ -92,7 +92,7 @@ void ArmController::fail(ArmReason reason, int joint) {
   board_was_idle_ = safety_ == Safety::kIdle;
 }
 
-CommandVerdict ArmController::on_command(Time arrival, const ArmCommand& command) {
+CommandVerdict ArmController::on_command(Time arrival, const JointCommand& command) {
   expire(arrival);
   const CommandVerdict verdict = gate_.admit(arrival, command, may_follow());
   if (status_.state == ArmState::kFollowing && !gate_.has_driver()) {
@@ -109,7 +109,7 @@ CommandVerdict ArmController::on_command(Time arrival, const ArmCommand& command
 }
 
 // Of an arm that may follow: a command that comes from the driver, or while nobody drives.
-void ArmController::heed(Time arrival, const ArmCommand& command) {
+void ArmController::heed(Time arrival, const JointCommand& command) {
   if (gate_.has_driver()) {
     follow(arrival, command.position_rad);
   } else if (command.is_engaged) {
@@ -120,7 +120,7 @@ void ArmController::heed(Time arrival, const ArmCommand& command) {
 }
 
 void ArmController::follow(Time arrival, const JointVector& target_rad) {
-  const JointVector inside = arm_.clamp(target_rad, options_.limit_margin_rad);
+  const JointVector inside = arm_.clamp(target_rad, options_.limits.joint_margin_rad);
   if (inside != target_rad) ++commands_limited_;
   reference_.follow(arrival, inside);
   enter(ArmState::kFollowing, ArmReason::kNone);
@@ -130,7 +130,7 @@ void ArmController::follow(Time arrival, const JointVector& target_rad) {
 void ArmController::expire(Time now) {
   gate_.expire(now);
   if (status_.state != ArmState::kFollowing || gate_.has_driver()) return;
-  reference_.stop(std::min(now, command_arrival_ + options_.command_timeout));
+  reference_.stop(std::min(now, command_arrival_ + options_.limits.command_timeout));
   enter(ArmState::kStopping, ArmReason::kCommandsEnded);
 }
 
@@ -268,14 +268,18 @@ void ArmController::on_time(Time now) {
   if (status_.state != ArmState::kFault) enter(ArmState::kIdle, ArmReason::kNoEncoders);
 }
 
-ArmSnapshot ArmController::snapshot() const {
-  ArmSnapshot s{time_,           servo_.position_rad(),   servo_.velocity_rad_per_s(),
-                motion_,         reference_.target_rad(), command_time_,
-                command_arrival_};
+JointState ArmController::snapshot() const {
+  JointState s{.time = time_,
+               .position_rad = servo_.position_rad(),
+               .velocity_rad_per_s = servo_.velocity_rad_per_s(),
+               .reference_rad = motion_.position_rad,
+               .reference_velocity_rad_per_s = motion_.velocity_rad_per_s,
+               .target_rad = reference_.target_rad(),
+               .command_time = command_time_,
+               .command_arrival = command_arrival_};
   if (is_active()) return s;
-  const JointVector rest = zeros(arm_.size());
-  s.reference = {s.position_rad, rest, rest};
-  s.target_rad = s.position_rad;
+  s.reference_rad = s.target_rad = s.position_rad;
+  s.reference_velocity_rad_per_s = zeros(arm_.size());
   return s;
 }
 

@@ -28,6 +28,7 @@
 
 #include "common/arm_model.h"
 #include "common/joint_reference.h"
+#include "common/robot_types.h"
 #include "procs/wam_controller/arm_dynamics.h"
 #include "procs/wam_controller/arm_hardware.h"
 #include "procs/wam_controller/command_gate.h"
@@ -37,9 +38,7 @@
 namespace foresight {
 
 struct ControllerOptions {
-  MotionLimits motion_limits;           // of the reference: rad/s, rad/s²
-  double limit_margin_rad = 0.05;       // targets stay this far inside the joint limits
-  Duration command_timeout{500'000};    // the driver's lease: silent for longer, it ramps down
+  ControllerLimits limits;
   Duration command_max_age{2'000'000};  // older ones are dropped
   Duration encoder_timeout{100'000};    // without encoders for this long it is idle
   double encoder_jump_rad_per_s = 20;   // joints cannot be faster: the encoder has jumped
@@ -50,8 +49,6 @@ struct ControllerOptions {
   double weight_tolerance_nm = 3;  // of each joint, between what holding takes and its weight
   bool is_weighed_first = false;   // before it follows, after each activation
 };
-
-enum class ArmState : int8_t { kIdle = 0, kHolding, kFollowing, kStopping, kFault };
 
 enum class ArmReason : uint8_t {
   kNone,
@@ -79,21 +76,12 @@ struct ArmStatus {
   bool operator==(const ArmStatus&) const = default;
 };
 
-/// joint_state_t as a core type.
-struct ArmSnapshot {
-  Time time;
-  JointVector position_rad, velocity_rad_per_s;
-  JointMotion reference;
-  JointVector target_rad;
-  Time command_time, command_arrival;  // of the newest one dealt with; 0: none yet
-};
-
 class ArmController {
  public:
   ArmController(const ArmModel& arm, const ControllerOptions& options);
 
   /// `arrival`: on the clock that stamps the readings.
-  CommandVerdict on_command(Time arrival, const ArmCommand& command);
+  CommandVerdict on_command(Time arrival, const JointCommand& command);
   /// The joint torques that answer a reading. Zero unless the arm is active.
   const JointVector& step(const ArmReading& reading);
   /// To be called now and then in case that readings stop coming.
@@ -102,9 +90,10 @@ class ArmController {
   const ArmStatus& status() const { return status_; }
   /// Who drives, and what became of the commands.
   const CommandGate& gate() const { return gate_; }
+  const ControllerLimits& limits() const { return options_.limits; }
   int64_t commands_limited() const { return commands_limited_; }
   /// Of the last reading; reference and target are the measured position unless active.
-  ArmSnapshot snapshot() const;
+  JointState snapshot() const;
   /// Largest |reference − measured| of a joint in the last step; 0 unless active.
   double tracking_error_rad() const { return tracking_error_rad_; }
   /// Largest |torque that holding takes − weight| of a joint; 0 while it does not hold at rest.
@@ -117,7 +106,7 @@ class ArmController {
   void enter(ArmState state, ArmReason reason, int joint = -1);
   void fail(ArmReason reason, int joint);
   void expire(Time now);
-  void heed(Time arrival, const ArmCommand& command);
+  void heed(Time arrival, const JointCommand& command);
   void follow(Time arrival, const JointVector& target_rad);
   bool take_encoders(const ArmReading& reading);
   bool is_another_stream(Time reading);

@@ -14,20 +14,20 @@ constexpr uint64_t kLargestSeqStep = 10'000;
 constexpr Duration kStretch = seconds(3);
 
 // Nothing travels for less than no time: a stamp from the future must not make the others late.
-Duration way(Time arrival, const ArmCommand& command) {
+Duration way(Time arrival, const JointCommand& command) {
   return std::max(arrival - command.time, Duration{});
 }
 
 }  // namespace
 
-CommandVerdict CommandGate::admit(Time arrival, const ArmCommand& command, bool arm_is_active) {
+CommandVerdict CommandGate::admit(Time arrival, const JointCommand& command, bool arm_is_active) {
   expire(arrival);
   const CommandVerdict verdict = judge(arrival, command, arm_is_active);
   ++counts_[static_cast<size_t>(verdict)];
   return verdict;
 }
 
-CommandVerdict CommandGate::judge(Time arrival, const ArmCommand& command, bool arm_is_active) {
+CommandVerdict CommandGate::judge(Time arrival, const JointCommand& command, bool arm_is_active) {
   Session* session = find(command.session);
   const bool lets_go_of_arm = has_driver() && session == driver_ && !command.is_engaged &&
                               (command.seq > session->seq || command.time > session->time);
@@ -54,7 +54,7 @@ CommandVerdict CommandGate::judge(Time arrival, const ArmCommand& command, bool 
 }
 
 // Comparisons add to one side only and after a bound, so that absurd stamps cannot overflow.
-CommandVerdict CommandGate::judge_stamps(Time arrival, const ArmCommand& command) const {
+CommandVerdict CommandGate::judge_stamps(Time arrival, const JointCommand& command) const {
   if (command.time > arrival + options_.max_age) return CommandVerdict::kAhead;
   if (command.session > (arrival + kSessionAhead).us) return CommandVerdict::kAhead;
   if (command.time < arrival - options_.max_age) return CommandVerdict::kStale;
@@ -81,16 +81,15 @@ bool CommandGate::is_silent(Time last, Time now) const {
 }
 
 bool CommandGate::is_in_order(const Session& session, Time arrival,
-                              const ArmCommand& command) const {
+                              const JointCommand& command) const {
   if (arrival < session.arrival - options_.lease) return true;  // this clock was set back
   if (is_silent(session.arrival, arrival)) return command.time > session.time;
   const uint64_t step = static_cast<uint64_t>(command.seq) - static_cast<uint64_t>(session.seq);
   return command.seq > session.seq && step <= kLargestSeqStep;
 }
 
-bool CommandGate::fits(const ArmCommand& command) const {
-  return command.joint_count == options_.joint_count &&
-         command.position_rad.size() == options_.joint_count && command.position_rad.allFinite();
+bool CommandGate::fits(const JointCommand& command) const {
+  return command.position_rad.size() == options_.joint_count && command.position_rad.allFinite();
 }
 
 CommandGate::Session* CommandGate::find(int64_t id) {
@@ -116,7 +115,7 @@ CommandGate::Session& CommandGate::open(int64_t id, Time arrival, Duration way_n
   return *place;
 }
 
-void CommandGate::note(Session& session, Time arrival, const ArmCommand& command) const {
+void CommandGate::note(Session& session, Time arrival, const JointCommand& command) const {
   if (is_silent(session.arrival, arrival)) session.is_released = false;
   session.seq = command.seq;
   session.time = command.time;

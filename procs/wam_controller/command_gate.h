@@ -23,20 +23,9 @@
 #include <array>
 #include <cstdint>
 
-#include "common/arm_model.h"
-#include "common/time.h"
+#include "common/robot_types.h"
 
 namespace foresight {
-
-/// joint_command_t as a core type.
-struct ArmCommand {
-  Time time;                 // when the operator's device was read
-  int64_t session = 0;       // of its sender: when it started, µs; above 0
-  int64_t seq = 0;           // within the session
-  bool is_engaged = false;   // dead-man switch
-  int joint_count = 0;       // as received
-  JointVector position_rad;  // joint_count numbers, at most kMaxJoints
-};
 
 enum class CommandVerdict : uint8_t {
   kAccepted,
@@ -60,7 +49,7 @@ class CommandGate {
   explicit CommandGate(const CommandGateOptions& options) : options_(options) {}
 
   /// Letting go needs no joint positions, and the driver's needs no good stamp either.
-  [[nodiscard]] CommandVerdict admit(Time arrival, const ArmCommand& command, bool arm_is_active);
+  [[nodiscard]] CommandVerdict admit(Time arrival, const JointCommand& command, bool arm_is_active);
   /// Ends the lease of whoever has been silent.
   void expire(Time now);
   /// From now on everybody must be seen let go before he drives.
@@ -85,15 +74,15 @@ class CommandGate {
     Time stretch_began;
   };
 
-  CommandVerdict judge(Time arrival, const ArmCommand& command, bool arm_is_active);
-  CommandVerdict judge_stamps(Time arrival, const ArmCommand& command) const;
+  CommandVerdict judge(Time arrival, const JointCommand& command, bool arm_is_active);
+  CommandVerdict judge_stamps(Time arrival, const JointCommand& command) const;
   CommandVerdict judge_engaged(Time arrival, Session& session, bool arm_is_active);
   bool is_silent(Time last, Time now) const;
-  bool is_in_order(const Session& session, Time arrival, const ArmCommand& command) const;
-  bool fits(const ArmCommand& command) const;
+  bool is_in_order(const Session& session, Time arrival, const JointCommand& command) const;
+  bool fits(const JointCommand& command) const;
   Session* find(int64_t id);
   Session& open(int64_t id, Time arrival, Duration way_now);
-  void note(Session& session, Time arrival, const ArmCommand& command) const;
+  void note(Session& session, Time arrival, const JointCommand& command) const;
 
   CommandGateOptions options_;
   std::array<Session, kSessions> sessions_;

@@ -13,7 +13,7 @@ constexpr Duration kClockTolerance = milliseconds(10);
 constexpr Duration kStep = milliseconds(100);
 constexpr int kConfirmations = 3;  // commands
 constexpr Duration kStepIsSaidFor = seconds(10);
-constexpr Duration kSettling = seconds(2);  // longer than commands are under way
+constexpr Duration kSettling = seconds(2);          // longer than commands are under way
 constexpr int64_t kFarAway_us = 1'000'000'000'000;  // absurd stamps must not overflow
 
 constexpr std::array<const char*, kCommandVerdicts> kWhyDropped{
@@ -35,7 +35,7 @@ int64_t rounded_ms(Duration d) { return std::llround(d.seconds() * 100) * 10; }
 
 }  // namespace
 
-void CommandWatch::on_command(Time arrival, const ArmCommand& command, CommandVerdict verdict) {
+void CommandWatch::on_command(Time arrival, const JointCommand& command, CommandVerdict verdict) {
   age_ = arrival - within_reach(arrival, command.time);
   second_.longest_age = second_.commands == 0 ? age_ : std::max(second_.longest_age, age_);
   ++second_.commands;
@@ -57,7 +57,7 @@ void CommandWatch::on_clock_change(Time now) {
 // A stall of the device makes stamps and arrivals jump, one of the link arrivals alone, a clock
 // that is set stamps alone, and for good: one forged stamp is none. When device and link stand
 // still at once, stamps jump alone too, but afterwards commands are as old as they were before.
-void CommandWatch::look_for_step(Time arrival, const ArmCommand& command) {
+void CommandWatch::look_for_step(Time arrival, const JointCommand& command) {
   has_settled_ = has_settled_ || arrival >= settles_at_ || settles_at_ - arrival > kSettling;
   if (!has_settled_) return;
   const Time stamp = within_reach(arrival, command.time);

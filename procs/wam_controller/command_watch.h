@@ -22,7 +22,7 @@ namespace foresight {
 
 class CommandWatch {
  public:
-  void on_command(Time arrival, const ArmCommand& command, CommandVerdict verdict);
+  void on_command(Time arrival, const JointCommand& command, CommandVerdict verdict);
   /// The clock here has become another one (a simulated world that began anew). That of the
   /// operator's site follows, and what is under way still has stamps of before: no clock was set.
   void on_clock_change(Time now);
@@ -46,7 +46,7 @@ class CommandWatch {
     int64_t other_session = 0;
   };
 
-  void look_for_step(Time arrival, const ArmCommand& command);
+  void look_for_step(Time arrival, const JointCommand& command);
   void suspect_step(Duration jump);
   bool ages_confirm_step() const;
   void note_age(Time arrival, Duration age);

@@ -17,9 +17,9 @@ ControllerOptions options_of(const WamControllerParams& p) {
                                            AngleAxisd(p.base_roll_rad, Vector3d::UnitX()))
                                               .toRotationMatrix();
   return {
-      .motion_limits = {p.velocity_limit_rad_per_s, p.acceleration_limit_rad_per_s2},
-      .limit_margin_rad = p.limit_margin_rad,
-      .command_timeout = seconds(p.command_timeout_s),
+      .limits = {.motion = {p.velocity_limit_rad_per_s, p.acceleration_limit_rad_per_s2},
+                 .joint_margin_rad = p.limit_margin_rad,
+                 .command_timeout = seconds(p.command_timeout_s)},
       .command_max_age = seconds(p.command_max_age_s),
       .encoder_timeout = seconds(p.encoder_timeout_s),
       .encoder_jump_rad_per_s = p.encoder_jump_rad_per_s,

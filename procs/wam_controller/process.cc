@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/realtime.h"
+#include "common/robot_messages.h"
 #include "procs/wam_controller/controller_options.h"
 
 namespace foresight {
@@ -13,15 +14,6 @@ namespace {
 
 constexpr int kRealtimePriority = 20;  // above the link
 constexpr Duration kPeriod = milliseconds(2);
-
-ArmCommand read(const joint_command_t& m) {
-  const auto count = std::min<size_t>(m.position_rad.size(), kMaxJoints);
-  return {{m.utime},  m.session,
-          m.seq,      m.engaged != 0,
-          m.n_joints, JointVector::Map(m.position_rad.data(), static_cast<Eigen::Index>(count))};
-}
-
-std::vector<double> write(const JointVector& v) { return {v.data(), v.data() + v.size()}; }
 
 }  // namespace
 
@@ -69,7 +61,7 @@ void WamControllerProcess::start_realtime() {
 }
 
 void WamControllerProcess::on_command(const joint_command_t& message) {
-  const ArmCommand command = read(message);
+  const JointCommand command = read_command(message);
   look_at_clock();
   watch_.on_command(node_.now(), command, controller_->on_command(node_.now(), command));
   report_change();
@@ -149,38 +141,25 @@ void WamControllerProcess::publish_state() {
   reported_ = present();
   const CommandGate& gate = controller_->gate();
   controller_state_t m{};
-  m.utime = node_.now().us;
-  m.state = static_cast<int8_t>(reported_.status.state);
-  m.reason = reason();
-  m.driver_session = reported_.driver_session;
-  m.needs_release = reported_.needs_release ? 1 : 0;
+  write_controller_state({.time = node_.now(),
+                          .state = reported_.status.state,
+                          .reason = reason(),
+                          .driver_session = reported_.driver_session,
+                          .needs_release = reported_.needs_release,
+                          .commands_of_others = gate.count(CommandVerdict::kOfOthers),
+                          .limits = controller_->limits()},
+                         &m);
   m.commands_accepted = gate.count(CommandVerdict::kAccepted);
   m.commands_out_of_order = gate.count(CommandVerdict::kOutOfOrder);
   m.commands_stale = gate.count(CommandVerdict::kStale);
   m.commands_refused = gate.count(CommandVerdict::kMisshapen) + gate.count(CommandVerdict::kAhead);
-  m.commands_of_others = gate.count(CommandVerdict::kOfOthers);
   m.commands_limited = controller_->commands_limited();
-  m.velocity_limit_rad_per_s = params_.velocity_limit_rad_per_s;
-  m.acceleration_limit_rad_per_s2 = params_.acceleration_limit_rad_per_s2;
-  m.limit_margin_rad = params_.limit_margin_rad;
-  m.command_timeout_s = params_.command_timeout_s;
   m.period_jitter_p99_ms = static_cast<float>(jitter_.p99_ms(node_.now()));
   states_.publish(m);
 }
 
 void WamControllerProcess::publish_joints() {
-  const ArmSnapshot s = controller_->snapshot();
-  joint_state_t m{};
-  m.utime = s.time.us;
-  m.n_joints = static_cast<int32_t>(s.position_rad.size());
-  m.position_rad = write(s.position_rad);
-  m.velocity_rad_per_s = write(s.velocity_rad_per_s);
-  m.reference_position_rad = write(s.reference.position_rad);
-  m.reference_velocity_rad_per_s = write(s.reference.velocity_rad_per_s);
-  m.target_position_rad = write(s.target_rad);
-  m.command_utime = s.command_time.us;
-  m.command_arrival_utime = s.command_arrival.us;
-  joint_states_.publish(m);
+  joint_states_.publish(write_joint_state(controller_->snapshot()));
 }
 
 // What is said of commands concerns an arm that could move.

@@ -224,7 +224,7 @@ TEST(Messages, AnAlignmentThatCannotBeIsRefused) {
   good.joint_delay_s = -0.02;
   const auto read = read_alignment(good);
   ASSERT_TRUE(read);
-  EXPECT_EQ(read->joint_delay, milliseconds(-20));
+  EXPECT_EQ(read->joint_delay_s, -0.02);
   for (const double delay_s : {1e300, -1e300, 1e13, 2.0}) {
     alignment_t bad = good;
     bad.joint_delay_s = delay_s;

@@ -14,12 +14,13 @@ namespace {
 class Listener : public Process {
  public:
   explicit Listener(Node& its_node) : node(its_node) {
-    its_node.subscribe<image_t>({.channel = "IMAGE"}, Queue::kAll,
-                                [this](const image_t& m) { received.push_back(m.utime); });
+    images = its_node.subscribe<image_t>({.channel = "IMAGE"}, Queue::kAll,
+                                         [this](const image_t& m) { received.push_back(m.utime); });
     its_node.subscribe<base_pose_t>({.channel = "BASE_POSE"}, Queue::kAll,
                                     [this](const base_pose_t& m) { received.push_back(m.utime); });
   }
   Node& node;
+  Input images;
   std::vector<int64_t> received;
 };
 
@@ -188,16 +189,21 @@ TEST_F(NodeTest, HealthIsUtf8OfOneLine) {
   EXPECT_LE(health_.reason.size(), 1000u);
 }
 
-// Subscribes one channel in both domains, as the renderer does.
+// Subscribes one channel in both domains, as the renderer does, and refuses some time later.
 class BothSides : public Process {
  public:
   explicit BothSides(Node& node) {
     for (const Domain domain : {Domain::kOperator, Domain::kRobot}) {
-      node.subscribe<image_t>(
-          {.channel = "VIEW", .domain = domain}, Queue::kAll,
-          [&node](const image_t&) { node.reject_message("VIEW", "is damaged"); });
+      Input& input = inputs_[static_cast<size_t>(domain)];
+      input = node.subscribe<image_t>(
+          {.channel = "VIEW", .domain = domain}, Queue::kAll, [&node, &input](const image_t&) {
+            node.at(node.now() + milliseconds(5), [&input] { input.reject("is damaged"); });
+          });
     }
   }
+
+ private:
+  std::array<Input, 2> inputs_;
 };
 
 TEST(Node, CountsARejectionOnThePortOfItsDomain) {
@@ -206,7 +212,7 @@ TEST(Node, CountsARejectionOnThePortOfItsDomain) {
   image_t image{};
   image.utime = world.now().us;
   world.inject(world.now(), Domain::kRobot, "VIEW", encode(image));
-  world.run_until(world.now());
+  world.run_until(world.now() + milliseconds(10));
   const auto rejected = [&](Domain domain) {
     for (const PortRecord& port : world.node("both").ports()) {
       if (port.is_input && port.spec.domain == domain) return port.rejected;
@@ -234,7 +240,7 @@ TEST_F(NodeTest, RejectsTruncatedOversizedAndForeignMessagesAndGoesOn) {
 }
 
 TEST_F(NodeTest, CountsWhatTheProcessItselfRejects) {
-  listener_->node.reject_message("IMAGE", "not of this world");
+  listener_->images.reject("not of this world");
   run_for(seconds(1));
   EXPECT_EQ(port("IMAGE").rejected, 1);
 }

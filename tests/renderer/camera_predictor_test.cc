@@ -12,14 +12,14 @@ namespace {
 
 class Predictor : public testing::Test {
  protected:
-  MeasuredJoints at_rest(Time t) const {
-    return {t,
-            JointVector::Zero(2),
-            JointVector::Zero(2),
-            JointVector::Zero(2),
-            JointVector::Zero(2),
-            {},
-            {}};
+  JointState at_rest(Time t) const {
+    const JointVector zero = JointVector::Zero(2);
+    return {.time = t,
+            .position_rad = zero,
+            .velocity_rad_per_s = zero,
+            .reference_rad = zero,
+            .reference_velocity_rad_per_s = zero,
+            .target_rad = zero};
   }
   void make_ready() {
     ASSERT_TRUE(predictor_.set_joint_state(kStart, at_rest(kStart)));
@@ -29,9 +29,9 @@ class Predictor : public testing::Test {
   // Let go at kStart, engaged a command later.
   void engage(const JointVector& position_rad) {
     const Time engaged = kStart + kCommandPeriod;
-    ASSERT_EQ(predictor_.add_command(kStart, {kStart, 1, false, joints(0, 0)}),
+    ASSERT_EQ(predictor_.add_command(kStart, {kStart, 1, 1, false, joints(0, 0)}),
               CommandIntake::kTaken);
-    ASSERT_EQ(predictor_.add_command(engaged, {engaged, 1, true, position_rad}),
+    ASSERT_EQ(predictor_.add_command(engaged, {engaged, 1, 2, true, position_rad}),
               CommandIntake::kTaken);
   }
   JointVector joints(double a, double b) const {
@@ -81,7 +81,7 @@ TEST_F(Predictor, AClockThatIsSetBackIsNoticedBeforeTheNextMessage) {
 TEST_F(Predictor, RefusesWhatIsNotOfThisArmOrOld) {
   make_ready();
   const auto add = [&](Time time, int64_t session, const JointVector& q) {
-    return predictor_.add_command(kStart + seconds(1), {time, session, true, q});
+    return predictor_.add_command(kStart + seconds(1), {time, session, 1, true, q});
   };
   const Time soon = kStart + milliseconds(500);
   EXPECT_EQ(add(soon, 1, JointVector::Zero(4)), CommandIntake::kOtherArm);
@@ -90,7 +90,7 @@ TEST_F(Predictor, RefusesWhatIsNotOfThisArmOrOld) {
   EXPECT_EQ(add(soon - milliseconds(1), 2, joints(0.2, 0)), CommandIntake::kOld);
   EXPECT_EQ(add(soon - milliseconds(1), 3, joints(0.2, 0)), CommandIntake::kTaken) << "of another";
   EXPECT_FALSE(predictor_.set_joint_state(kStart, at_rest(kStart))) << "not newer";
-  MeasuredJoints absurd = at_rest(kStart + milliseconds(10));
+  JointState absurd = at_rest(kStart + milliseconds(10));
   absurd.reference_velocity_rad_per_s = joints(1e200, 0);
   EXPECT_FALSE(predictor_.set_joint_state(kStart, absurd));
   absurd = at_rest(kStart + milliseconds(10));
@@ -101,13 +101,14 @@ TEST_F(Predictor, RefusesWhatIsNotOfThisArmOrOld) {
 // One message with an absurd stamp, epoch or limit: the stream that keeps coming wins.
 TEST_F(Predictor, NoSingleMessageBendsItForGood) {
   make_ready();
-  ControllerFacts facts{.limits = {{0.5, 0.5}, 0.1, milliseconds(400)}};
+  ControllerState controller{.state = ArmState::kHolding,
+                             .limits = {{0.5, 0.5}, 0.1, milliseconds(400)}};
   int predictions_after_s = 0;
   for (int i = 1; i <= 300; ++i) {
     const Time now = kStart + milliseconds(10) * i;
     static_cast<void>(predictor_.set_joint_state(now, at_rest(now)));
-    facts.time = now;
-    static_cast<void>(predictor_.set_controller(now, facts));
+    controller.time = now;
+    static_cast<void>(predictor_.set_controller(now, controller));
     if (i % 3 == 0) static_cast<void>(predictor_.set_base(now, {now, 7, {}}));
     if (i % 100 == 0) static_cast<void>(predictor_.set_alignment({7, {}, {}}));
     if (i == 100) {
@@ -115,7 +116,7 @@ TEST_F(Predictor, NoSingleMessageBendsItForGood) {
            {std::numeric_limits<int64_t>::max(), int64_t{0}, std::numeric_limits<int64_t>::min(),
             (now + seconds(0.9)).us, (now + seconds(1e6)).us, (now - seconds(1e3)).us}) {
         const int64_t epoch = 9'000'000'000'000'000'000;
-        ControllerFacts forged{.time = {us}, .limits = {{9, 9}, 1, seconds(50)}};
+        ControllerState forged{.time = {us}, .limits = {{9, 9}, 1, seconds(50)}};
         static_cast<void>(predictor_.set_joint_state(now, at_rest({us})));
         static_cast<void>(predictor_.set_controller(now, forged));
         static_cast<void>(predictor_.set_base(now, {{us}, epoch, {}}));
@@ -127,7 +128,7 @@ TEST_F(Predictor, NoSingleMessageBendsItForGood) {
     if (i > 200 && predictor_.predict(now)) ++predictions_after_s;
   }
   EXPECT_EQ(predictions_after_s, 100);
-  EXPECT_EQ(predictor_.limits(), facts.limits);
+  EXPECT_EQ(predictor_.limits(), controller.limits);
   const Time now = kStart + seconds(3);
   EXPECT_EQ(predictor_.predict(now)->epoch, 7);
   EXPECT_LT(predictor_.predict(now)->world_from_base.translation().norm(), 1e-9);
@@ -151,7 +152,7 @@ TEST_F(Predictor, ANewMapIsFollowedOnceItPersists) {
 
 TEST_F(Predictor, WithoutPowerTheArmStaysWhereItIs) {
   make_ready();
-  ASSERT_TRUE(predictor_.set_controller(kStart, {.time = kStart, .is_powered = false}));
+  ASSERT_TRUE(predictor_.set_controller(kStart, {.time = kStart, .state = ArmState::kIdle}));
   engage(joints(1, 1));
   const auto p = predictor_.predict(kStart + milliseconds(400));
   ASSERT_TRUE(p);
@@ -170,15 +171,16 @@ TEST_F(Predictor, SaysWhichLimitsDifferAndWhoElseDrives) {
             "the controller's limits are followed: 0.15 rad/s instead of 1 rad/s");
   engage(joints(1, 1));
   const Time now = kStart + seconds(1);
-  ASSERT_TRUE(predictor_.set_controller(now, {.time = now, .is_following = true, .driver = 77}));
+  ASSERT_TRUE(predictor_.set_controller(
+      now, {.time = now, .state = ArmState::kFollowing, .driver_session = 77}));
   EXPECT_NE(predictor_.commanders_complaint(now).find("not at this site"), std::string::npos);
   const int64_t absurd = std::numeric_limits<int64_t>::min();
-  ASSERT_TRUE(predictor_.set_controller(now, {.time = now, .driver = absurd}));
+  ASSERT_TRUE(predictor_.set_controller(now, {.time = now, .driver_session = absurd}));
   EXPECT_NE(predictor_.commanders_complaint(now).find("at no possible time"), std::string::npos);
 }
 
 TEST_F(Predictor, TheArmLagsBehindItsReferenceAsItDid) {
-  MeasuredJoints state = at_rest(kStart);
+  JointState state = at_rest(kStart);
   state.position_rad = joints(0.003, -0.001);
   ASSERT_TRUE(predictor_.set_joint_state(kStart, state));
   ASSERT_TRUE(predictor_.set_alignment({7, {}, {}}));
@@ -219,7 +221,7 @@ TEST_F(Predictor, TheBaseKeepsItsAccelerationForAWhile) {
   const auto height_m = [&](double t_s) { return 0.1 * std::cos(rate * t_s); };
   for (int i = 0; i <= 90; ++i) {
     const double t_s = i / 30.0;
-    BaseMotion base{kStart + seconds(t_s), 7, {}, {0, 0, -0.1 * rate * std::sin(rate * t_s)}, {}};
+    BaseState base{kStart + seconds(t_s), 7, {}, {0, 0, -0.1 * rate * std::sin(rate * t_s)}, {}};
     base.world_from_base = {Eigen::Quaterniond::Identity(), {0, 0, height_m(t_s)}};
     EXPECT_EQ(predictor_.set_base(base.time, base), i > 0)
         << "the first is not newer than make_ready()'s";

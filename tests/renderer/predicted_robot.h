@@ -46,24 +46,23 @@ class Robot {
       }
     }
   }
-  void send(const CommandedJoints& command, Time arrival) {
-    arriving_.push_back({command, arrival});
-  }
-  MeasuredJoints state() const {
+  void send(const JointCommand& command, Time arrival) { arriving_.push_back({command, arrival}); }
+  JointState state() const {
     const Time t = now_ - milliseconds(2);
     const JointMotion motion = reference_.at(t);
-    return {t,
-            motion.position_rad,
-            motion.position_rad,
-            motion.velocity_rad_per_s,
-            reference_.target_rad(),
-            command_time_,
-            arrival_};
+    return {.time = t,
+            .position_rad = motion.position_rad,
+            .velocity_rad_per_s = motion.velocity_rad_per_s,
+            .reference_rad = motion.position_rad,
+            .reference_velocity_rad_per_s = motion.velocity_rad_per_s,
+            .target_rad = reference_.target_rad(),
+            .command_time = command_time_,
+            .command_arrival = arrival_};
   }
-  ControllerFacts controller() const {
+  ControllerState controller() const {
     return {.time = now_ - milliseconds(2),
-            .is_following = driver_ != 0,
-            .driver = driver_,
+            .state = driver_ != 0 ? ArmState::kFollowing : ArmState::kHolding,
+            .driver_session = driver_,
             .needs_release = driver_ == 0 && released_.empty(),
             .limits = limits_};
   }
@@ -75,9 +74,9 @@ class Robot {
   int64_t driver() const { return driver_; }
 
  private:
-  void accept(const CommandedJoints& command) {
-    if (!command.engaged) released_.insert(command.session);
-    if (command.engaged && driver_ != command.session) {
+  void accept(const JointCommand& command) {
+    if (!command.is_engaged) released_.insert(command.session);
+    if (command.is_engaged && driver_ != command.session) {
       if (driver_ == 0 && released_.contains(command.session)) driver_ = command.session;
       released_.erase(command.session);
       if (driver_ != command.session) return;
@@ -85,7 +84,7 @@ class Robot {
     command_time_ = command.time;
     arrival_ = now_;
     if (driver_ != command.session) return;
-    if (!command.engaged) return let_go();
+    if (!command.is_engaged) return let_go();
     driven_ = now_;
     reference_.follow(now_, two_joints().clamp(command.position_rad, limits_.joint_margin_rad));
   }
@@ -95,7 +94,7 @@ class Robot {
   }
   ControllerLimits limits_;
   JointReference reference_;
-  std::deque<std::pair<CommandedJoints, Time>> arriving_;
+  std::deque<std::pair<JointCommand, Time>> arriving_;
   std::set<int64_t> released_;
   int64_t driver_ = 0;
   Time now_ = kStart, command_time_, arrival_, driven_;

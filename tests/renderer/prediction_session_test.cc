@@ -37,7 +37,7 @@ struct Session {
     CameraPredictor predictor(two_joints(), options);
     EXPECT_TRUE(predictor.set_alignment({7, {}, {}}));
     EXPECT_TRUE(predictor.set_base(kStart, {kStart, 7, {}}));
-    std::deque<std::pair<MeasuredJoints, ControllerFacts>> returning;
+    std::deque<std::pair<JointState, ControllerState>> returning;
     std::deque<std::pair<Time, JointVector>> predicted;
     JointVector target = JointVector::Zero(2);
     double worst = 0;
@@ -58,8 +58,8 @@ struct Session {
       if (!silent) {
         // After a silence, too, the clutch is let go once.
         const bool begins = i == 0 || (silence_from >= 0 && i == silence_from + 30);
-        const CommandedJoints command{here, kOperator, !begins && uniform(random) >= disengaged,
-                                      target};
+        const JointCommand command{here, kOperator, 0, !begins && uniform(random) >= disengaged,
+                                   target};
         EXPECT_EQ(predictor.add_command(here, command), CommandIntake::kTaken);
         if (uniform(random) >= loss) arm.send(command, now + delay);
       }
@@ -77,7 +77,7 @@ struct Session {
     return worst;
   }
   // The state is up to one command period newer than the prediction: allow for the way between.
-  static double error_at(const std::pair<Time, JointVector>& prediction, const MeasuredJoints& s) {
+  static double error_at(const std::pair<Time, JointVector>& prediction, const JointState& s) {
     const double since_s = (s.time - prediction.first).seconds();
     const JointVector then = s.reference_rad - s.reference_velocity_rad_per_s * since_s;
     return (then - prediction.second).cwiseAbs().maxCoeff() - 0.5 * since_s * since_s * 1.0;
@@ -137,7 +137,7 @@ TEST(CameraPredictor, AStrangerDoesNotDriveWhileTheOperatorDoes) {
       if (i < 60) return;
       JointVector there(2);
       there << -1.5, 1.5;
-      const CommandedJoints command{now, session, i % 20 >= 10, there};
+      const JointCommand command{now, session, i, i % 20 >= 10, there};
       EXPECT_EQ(predictor.add_command(now, command), CommandIntake::kTaken);
       robot.send(command, now + milliseconds(150));
       if (i % 20 == 15) {
@@ -158,11 +158,11 @@ TEST(CameraPredictor, KnowsWhenTheOperatorIsTheOneWhoIsNotFollowed) {
     there << -0.5, 0.5 + 0.01 * (i % 50);
     // Let go first: it drives from the second command on, before the operator does.
     if (i == 0) {
-      const CommandedJoints begin{now - milliseconds(10), kStranger, false, there};
+      const JointCommand begin{now - milliseconds(10), kStranger, 1, false, there};
       EXPECT_EQ(predictor.add_command(now, begin), CommandIntake::kTaken);
       robot.send(begin, now + milliseconds(100));
     }
-    const CommandedJoints command{now - milliseconds(1), kStranger, true, there};
+    const JointCommand command{now - milliseconds(1), kStranger, 2, true, there};
     EXPECT_EQ(predictor.add_command(now, command), CommandIntake::kTaken);
     robot.send(command, now + milliseconds(149));
     EXPECT_EQ(robot.driver() == kOperator, false);
@@ -186,7 +186,7 @@ TEST(CameraPredictor, ForgedSessionsDoNotLockTheOperatorOut) {
   Session session{};
   session.incident = [](int i, Time now, CameraPredictor& predictor, Robot&) {
     const auto forge = [&](Time time, int64_t id, bool engaged) {
-      return predictor.add_command(now, {time, id, engaged, JointVector::Ones(2)});
+      return predictor.add_command(now, {time, id, 0, engaged, JointVector::Ones(2)});
     };
     constexpr int64_t kAbsurd = 9'000'000'000'000'000'000;
     EXPECT_EQ(forge(now, kAbsurd, true), CommandIntake::kFuture);
@@ -224,7 +224,7 @@ struct ClockStep {
     CameraPredictor predictor(two_joints(), {});
     ASSERT_TRUE(predictor.set_alignment({7, {}, {}}));
     const Duration way = milliseconds(150), tick = milliseconds(10);
-    std::deque<MeasuredJoints> returning;
+    std::deque<JointState> returning;
     for (int i = 0; tick * i < until; ++i) {
       const Time now = kStart + tick * i;  // the robot's clock
       const bool is_stepped = tick * i >= seconds(6);
@@ -238,7 +238,7 @@ struct ClockStep {
       }
       JointVector target(2);
       target << 0.5 * std::sin(0.01 * i), 0;
-      const CommandedJoints command{here, kOperator, i > 0, target};
+      const JointCommand command{here, kOperator, i, i > 0, target};
       if (i % 3 == 0) {
         static_cast<void>(predictor.add_command(here, command));
         const bool robot_takes = std::abs(step_s) < 2 || !is_stepped;

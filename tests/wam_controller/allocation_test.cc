@@ -76,7 +76,7 @@ void run_controller(const ArmModel& arm) {
   ArmController controller(arm, {});
   PeriodJitter jitter(milliseconds(2));
   ArmReading reading{Time{1'000'000}, arm.home(), Safety::kIdle, false, {}};
-  ArmCommand command{reading.time, 1, 0, true, arm.size(), arm.home()};
+  JointCommand command{reading.time, 1, 0, true, arm.home()};
   const long before = g_allocations;
   double sum = 0;
   for (int i = 0; i < 5000; ++i) {

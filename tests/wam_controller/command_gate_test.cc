@@ -23,10 +23,12 @@ class CommandGateTest : public testing::Test {
     int64_t seq = 0;
     Duration age = milliseconds(100);
   };
-  ArmCommand make(Sender& sender, bool engaged) {
-    return {now_ - sender.age, sender.session, ++sender.seq, engaged, 2, joints({0, 0})};
+  JointCommand make(Sender& sender, bool engaged) {
+    return {now_ - sender.age, sender.session, ++sender.seq, engaged, joints({0, 0})};
   }
-  CommandVerdict admit(const ArmCommand& command) { return gate_.admit(now_, command, is_active_); }
+  CommandVerdict admit(const JointCommand& command) {
+    return gate_.admit(now_, command, is_active_);
+  }
   CommandVerdict engage(Sender& sender) { return admit(make(sender, true)); }
   CommandVerdict let_go(Sender& sender) { return admit(make(sender, false)); }
   void pass(Duration duration) {
@@ -114,7 +116,7 @@ TEST_F(CommandGateTest, ASessionNeedNotBeNewerThanTheOneBefore) {
 
 TEST_F(CommandGateTest, KeepsOrderPerSession) {
   ASSERT_EQ(press(a_), kAccepted);
-  const ArmCommand old = make(a_, true), older_release = make(a_, false);
+  const JointCommand old = make(a_, true), older_release = make(a_, false);
   pass(milliseconds(33));
   EXPECT_EQ(engage(a_), kAccepted);
   EXPECT_EQ(admit(old), kOutOfOrder);
@@ -126,7 +128,7 @@ TEST_F(CommandGateTest, KeepsOrderPerSession) {
 
 TEST_F(CommandGateTest, LettingGoOvertakesAndCancelsEverythingOlder) {
   ASSERT_EQ(press(a_), kAccepted);
-  const ArmCommand under_way = make(a_, true);
+  const JointCommand under_way = make(a_, true);
   EXPECT_EQ(let_go(a_), kAccepted);
   EXPECT_FALSE(gate_.has_driver());
   EXPECT_EQ(admit(under_way), kOutOfOrder);
@@ -136,9 +138,8 @@ TEST_F(CommandGateTest, LettingGoOvertakesAndCancelsEverythingOlder) {
 TEST_F(CommandGateTest, TheDriversLettingGoIsHeededWhateverItsStamp) {
   for (const int64_t stamp_us : {kEnd, int64_t{0}, kBegin}) {
     ASSERT_EQ(press(a_), kAccepted);
-    ArmCommand release = make(a_, false);
+    JointCommand release = make(a_, false);
     release.time = {stamp_us};
-    release.joint_count = 0;
     release.position_rad.resize(0);
     EXPECT_NE(admit(release), kAccepted);
     EXPECT_FALSE(gate_.has_driver());
@@ -148,7 +149,7 @@ TEST_F(CommandGateTest, TheDriversLettingGoIsHeededWhateverItsStamp) {
 
 TEST_F(CommandGateTest, OneAbsurdSeqDoesNotLockTheSessionOut) {
   ASSERT_EQ(press(a_), kAccepted);
-  ArmCommand forged = make(a_, true);
+  JointCommand forged = make(a_, true);
   for (const int64_t seq : {kEnd, a_.seq + 20'000}) {
     forged.seq = seq;
     EXPECT_EQ(admit(forged), kOutOfOrder);
@@ -174,7 +175,7 @@ TEST_F(CommandGateTest, AFirstCommandWithTheSmallestSeqIsNoFault) {
 
 TEST_F(CommandGateTest, AnOldSessionsCommandsAreNotTakenForNewOnes) {
   ASSERT_EQ(press(a_), kAccepted);
-  const ArmCommand release = make(a_, false), engaged = make(a_, true);
+  const JointCommand release = make(a_, false), engaged = make(a_, true);
   EXPECT_EQ(admit(release), kAccepted);
   EXPECT_EQ(admit(engaged), kAccepted);
   EXPECT_EQ(let_go(a_), kAccepted);
@@ -190,7 +191,7 @@ TEST_F(CommandGateTest, AnOldSessionsCommandsAreNotTakenForNewOnes) {
 
 TEST_F(CommandGateTest, AThousandSessionsForgetTheOldestButNeverTheDriver) {
   ASSERT_EQ(press(a_), kAccepted);
-  const ArmCommand old = make(a_, true);
+  const JointCommand old = make(a_, true);
   for (int i = 0; i < 1000; ++i) {
     pass(milliseconds(1));
     Sender stranger{i + 1};
@@ -236,7 +237,7 @@ TEST_F(CommandGateTest, RefusesWhatComesFromTheFuture) {
   EXPECT_EQ(let_go(tomorrow), kAhead);
   Sender absurd{kEnd};
   EXPECT_EQ(let_go(absurd), kAhead);
-  ArmCommand command = make(a_, false);
+  JointCommand command = make(a_, false);
   command.time = {kEnd};
   EXPECT_EQ(admit(command), kAhead);
   command.time = {kBegin};
@@ -246,10 +247,10 @@ TEST_F(CommandGateTest, RefusesWhatComesFromTheFuture) {
 
 TEST_F(CommandGateTest, RefusesAnotherJointCountAndWhatIsNoNumber) {
   ASSERT_EQ(press(a_), kAccepted);
-  ArmCommand wrong = make(a_, true);
-  wrong.joint_count = 3;
+  JointCommand wrong = make(a_, true);
+  wrong.position_rad = joints({0, 0, 0});
   EXPECT_EQ(admit(wrong), kMisshapen);
-  ArmCommand nan = make(a_, true);
+  JointCommand nan = make(a_, true);
   nan.position_rad[1] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(admit(nan), kMisshapen);
   EXPECT_EQ(gate_.count(kMisshapen), 2);

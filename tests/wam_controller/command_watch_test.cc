@@ -17,7 +17,7 @@ class ASetClock : public testing::Test {
   void command(Duration late = {}) {
     const Time arrival = std::max(last_arrival_, now_ + kWay + late);  // a FIFO
     last_arrival_ = arrival;
-    const ArmCommand command{now_ + ahead_, 7, ++seq_, true, 4, JointVector::Zero(4)};
+    const JointCommand command{now_ + ahead_, 7, ++seq_, true, JointVector::Zero(4)};
     watch_.on_command(arrival, command, CommandVerdict::kAccepted);
     watch_.on_time(arrival, 0);
     now_ = now_ + kPeriod;
@@ -74,7 +74,7 @@ class CommandWatchTest : public testing::Test {
   void command(int count, Duration operators_clock_ahead) {
     for (int i = 0; i < count; ++i) {
       now_ = now_ + milliseconds(33);
-      ArmCommand command;
+      JointCommand command;
       command.time = now_ - milliseconds(150) + operators_clock_ahead;
       command.session = 1;
       command.seq = ++seq_;

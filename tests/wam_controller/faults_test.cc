@@ -161,7 +161,7 @@ TEST(ArmControllerTest, AClockThatIsSetBackEndsTheActivityNotTheController) {
   ArmController controller(arm, {});
   ArmReading reading{Time{9'000'000'000}, arm.home(), Safety::kActive, false, {}};
   controller.step(reading);
-  ArmCommand command{reading.time, 1, 1, false, 4, arm.home().array() + 0.1};
+  JointCommand command{reading.time, 1, 1, false, arm.home().array() + 0.1};
   EXPECT_EQ(controller.on_command(reading.time, command), CommandVerdict::kAccepted);
   command.is_engaged = true;
   command.seq = 2;
@@ -227,7 +227,7 @@ TEST(ArmControllerTest, AnArmThatIsToBeWeighedFirstFollowsNobodyBefore) {
   options.is_weighed_first = true;
   ArmController controller(arm, options);
   ArmReading reading{Time{1'000'000}, arm.home(), Safety::kActive, false, {}};
-  ArmCommand command{reading.time, 1, 0, false, 4, arm.home().array() + 0.1};
+  JointCommand command{reading.time, 1, 0, false, arm.home().array() + 0.1};
   int first_followed = 0;
   for (int i = 1; i < 1000 && first_followed == 0; ++i) {
     reading.time = command.time = reading.time + milliseconds(2);
