@@ -6,8 +6,9 @@
 namespace foresight {
 
 /// 0…1. A direction is known to about 2 mrad (a pixel at a focal length of 500 px), so a point that
-/// n rays see from directions θ apart has a relative depth error of about e = 2 mrad / (θ √n).
-/// Confidence 1 / (1 + (e / 5 %)²): a half where 5 % are to be expected; none for a single ray.
+/// n observations see from directions θ apart has a relative depth error of about e = 2 mrad / (θ
+/// √n). Confidence 1 / (1 + (e / 5 %)²): a half where 5 % are to be expected; none for a single
+/// one.
 float confidence_of(const VertexEvidence& evidence);
 
 }  // namespace foresight

@@ -26,9 +26,10 @@ Capacity to_capacity(double scaled) { return static_cast<Capacity>(std::llround(
 
 // ---- Visibility ----
 
-constexpr double kVote = 1 << 20;     // capacity of one ray: weights are kept to a millionth of it
+constexpr double kVote =
+    1 << 20;  // capacity of one constraint: weights are kept to a millionth of it
 constexpr double kManyTouched = 0.5;  // share of the cells from which starting over is cheaper
-constexpr Capacity kCertain = Capacity{1} << 48;  // of 2^28 rays, far more than a cell has
+constexpr Capacity kCertain = Capacity{1} << 48;  // of 2^28 constraints, far more than a cell has
 
 Capacity votes(double count) { return to_capacity(kVote * count); }
 
@@ -77,7 +78,8 @@ double pocket_weight(const CellComplex& complex, CellId cell, double weight) {
   return weight * kShare[crossed];
 }
 
-/// Rays that came in by an edge or a vertex crossed no facet: they speak for the cell itself.
+/// Constraints that came in by an edge or a vertex crossed no facet: they speak for the cell
+/// itself.
 Capacity free_votes(const CellComplex& complex, CellId cell) {
   const CellVotes& v = complex.votes(cell);
   if (v.started > 0) return kCertain;
@@ -135,7 +137,7 @@ void VisibilityGraph::weigh_cell(const CellComplex& complex, CellId cell, Links 
   for (const Slot slot : slots_of(cell)) {
     const Slot twin = complex.twin(slot);
     if (!twin.is_valid() || (links == Links::kOnce && twin < slot)) continue;
-    // Cut from a free cell to one that is not: by the rays that enter the latter here.
+    // Cut from a free cell to one that is not: by the constraints that enter the latter here.
     const double worse = static_cast<double>(std::min(cosine(slot), cosine(twin)));
     const Capacity bad = votes(weights_.shape * (1 - worse));
     flow->set_link(arc_of(slot), arc_of(twin), entering(complex, twin) + bad,

@@ -13,23 +13,24 @@ namespace foresight {
 /// The graph has a node for each cell, and an arc for each facet as the cell sees it.
 inline MaxFlow::NodeId node_of(CellId cell) { return MaxFlow::NodeId(cell.value()); }
 
-/// Weights of the visibility energy, in votes: what one ray says weighs 1.
+/// Weights of the visibility energy, in votes: what one constraint says weighs 1.
 struct VisibilityWeights {
-  /// Of a ray that ends at a point, for surface behind that point.
+  /// Of a constraint that ends at a point, for surface behind that point.
   double surface = 0.7;
   /// Of a facet in the surface that is badly shaped, times 1 − min(cos φ, cos ψ) in 0…2: φ, ψ are
   /// the angles between the facet and the circumspheres of its two cells (Labatut et al. 2009).
   double shape = 0.8;
-  /// Of a cell that no ray crosses, for being free, if rays cross two of its four neighbours (three
-  /// or four: twice as much; one: a fifth): corners that the rays just miss. Not at the hull.
+  /// Of a cell that no constraint crosses, for being free, if constraints cross two of its four
+  /// neighbours (three or four: twice as much; one: a fifth): corners that they just miss. Not at
+  /// the hull.
   double pocket = 0.4;
 };
 inline constexpr double kMaxVisibilityWeight = 1000;
 
-/// The visibility energy on a graph that follows the complex. Each ray says: the camera's cell is
-/// free; each facet it crosses is no surface seen from its side; the cell behind its point is not
-/// free. Weighed by numbers of rays only: no length is involved, so the labels are the same at
-/// every scale of the map.
+/// The visibility energy on a graph that follows the complex. Each constraint says: the camera's
+/// cell is free; each facet it crosses is no surface seen from its side; the cell behind its point
+/// is not free. Weighed by numbers of constraints only: no length is involved, so the labels are
+/// the same at every scale of the map.
 class VisibilityGraph {
  public:
   explicit VisibilityGraph(const VisibilityWeights& weights) : weights_(weights) {}

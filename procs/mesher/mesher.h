@@ -1,8 +1,8 @@
 // From the raw carving to a regularised, closed mesh (paper §II-A, Fig. 4).
 //
 // The cells are labelled carved or not by the cheapest cut of their graph, and the mesh is the
-// boundary. What is cheap: what contradicts few rays (Energy::kVisibility, the default), or eq.
-// (1),
+// boundary. What is cheap: what contradicts few constraints (Energy::kVisibility, the default), or
+// eq. (1),
 //     E(u) = Σ volume of cells whose label differs from the carving
 //          + λ · area between carved and uncarved cells.
 // Outside the hull nothing is carved, hull facets of carved cells
@@ -36,7 +36,7 @@ enum class LambdaUnit {
 
 /// What is minimised.
 enum class Energy {
-  kVisibility,  // votes of the rays, see VisibilityGraph
+  kVisibility,  // votes of the constraints, see VisibilityGraph
   kVolume,      // eq. (1)
 };
 
@@ -49,7 +49,7 @@ struct MesherOptions {
   double lambda = 0.002;
   LambdaUnit lambda_unit = LambdaUnit::kRelative;
   /// A cell counts as carved in the data term with at least this many constraints, ≥ 1. More than
-  /// one resists outliers, but keeps what only one ray has carved.
+  /// one resists outliers, but keeps what only one constraint has carved.
   int32_t min_constraints = 1;
   ManifoldRepair repair = ManifoldRepair::kSplit;
   /// Passes of smoothing.h; 0: the mesh's vertices are the map's points.

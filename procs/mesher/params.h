@@ -40,22 +40,24 @@ struct MesherParams {
   template <class V>
   void visit(V& v) {
     v("energy", energy,
-      {.doc = "what the surface minimises: contradiction to the rays, or eq. (1) of the paper"});
+      {.doc = "what the surface minimises: contradiction to the constraints, or eq. (1) of the "
+              "paper"});
     v("surface_weight", visibility.surface,
-      {.unit = "rays",
+      {.unit = "constraints",
        .min = 0,
        .max = kMaxVisibilityWeight,
-       .doc = "visibility: what the surface behind a point weighs, per ray that ends at it"});
+       .doc =
+           "visibility: what the surface behind a point weighs, per constraint that ends at it"});
     v("shape_weight", visibility.shape,
-      {.unit = "rays",
+      {.unit = "constraints",
        .min = 0,
        .max = kMaxVisibilityWeight,
        .doc = "visibility: what a facet weighs that bridges a gap; larger is smoother"});
     v("pocket_weight", visibility.pocket,
-      {.unit = "rays",
+      {.unit = "constraints",
        .min = 0,
        .max = kMaxVisibilityWeight,
-       .doc = "visibility: opens cells between crossed ones that no ray happened to cross"});
+       .doc = "visibility: opens cells between crossed ones that no constraint happened to cross"});
     v("lambda", lambda,
       {.unit = "see lambda_unit",
        .min = 0,
@@ -73,7 +75,8 @@ struct MesherParams {
       {.unit = "1",
        .min = 0,
        .max = 50,
-       .doc = "evens the mesh out where no ray was seen; 0: vertices stay at the map's points"});
+       .doc =
+           "evens the mesh out where no constraint passes; 0: vertices stay at the map's points"});
     v("rate_hz", rate_hz,
       {.unit = "Hz", .min = 0.05, .max = 30, .doc = "meshes per second at most (the paper: 1)"});
     v("export_ply", export_ply,

@@ -1,8 +1,8 @@
-// Evens the mesh out without entering what rays have seen to be free.
+// Evens the mesh out without entering what constraints say is free.
 //
 // A vertex may move towards the middle of its neighbours when no triangle around it sweeps, on its
-// way, through a cell that a ray crosses. So no ray that did not meet the mesh before meets it
-// afterwards, and no vertex lies on a ray: the surface only gives way to where nothing was seen.
+// way, through a cell that a constraint crosses. So none that did not meet the mesh before meets it
+// afterwards, and no vertex lies on one: the surface only gives way to where nothing was seen.
 // Vertices that touch the hull, or share their map point with another, stay; so does the topology.
 #pragma once
 
