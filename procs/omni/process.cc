@@ -3,20 +3,14 @@
 #include <algorithm>
 #include <iostream>
 
+#include "common/robot_messages.h"
+
 namespace foresight {
 namespace {
 
 constexpr size_t kLongestReason = 200;
 // Without a command for so long the arm's controller takes the operator for gone, usually.
 constexpr Duration kLongestPause = seconds(0.5);
-
-RobotReport read(const controller_state_t& m) {
-  return {.time = {m.utime},
-          .state = static_cast<RobotState>(m.state),
-          .reason = m.reason.substr(0, kLongestReason),
-          .driver_session = m.driver_session,
-          .needs_release = m.needs_release != 0};
-}
 
 }  // namespace
 
@@ -71,26 +65,26 @@ void OmniProcess::start() {
   robot_->begin_session(session_.session());
 }
 
-void OmniProcess::on_joint_state(const joint_state_t& state) {
+void OmniProcess::on_joint_state(const joint_state_t& message) {
   const Time now = node_.now(), arrival = steady_.at(now);
-  const JointVector::Index count =
-      std::min<JointVector::Index>(state.n_joints, JointVector::MaxRowsAtCompileTime);
-  const JointVector position_rad = JointVector::Map(state.position_rad.data(), count);
-  if (state.n_joints != count || !commander_->set_measured(arrival, position_rad)) {
+  const auto state = read_joint_state(message);
+  if (!state || !commander_->set_measured(arrival, state->position_rad)) {
     joint_state_input_.reject("its joints are not those of " + params_.arm_file);
-    robot_->on_other_arm(arrival, state.n_joints);
+    robot_->on_other_arm(arrival, message.n_joints);
     return;
   }
-  clocks_.add({now, {state.utime}, {state.command_utime}, {state.command_arrival_utime}});
+  clocks_.add({now, state->time, state->command_time, state->command_arrival});
   const auto round_trip = clocks_.round_trip();
   if (round_trip) commander_->set_round_trip(*round_trip);
-  robot_->on_joints(arrival, {state.utime}, {state.command_utime}, round_trip);
+  robot_->on_joints(arrival, state->time, state->command_time, round_trip);
 }
 
-void OmniProcess::on_controller_state(const controller_state_t& state) {
+void OmniProcess::on_controller_state(const controller_state_t& message) {
   const Time arrival = steady_.at(node_.now());
-  commander_->set_velocity_limit(state.velocity_limit_rad_per_s);
-  robot_->on_report(arrival, read(state));
+  ControllerState state = read_controller_state(message);
+  state.reason.resize(std::min(state.reason.size(), kLongestReason));
+  commander_->set_velocity_limit(state.limits.motion.velocity);
+  robot_->on_report(arrival, state);
   rivals_.on_dropped(arrival, state.commands_of_others);
 }
 
@@ -146,15 +140,11 @@ void OmniProcess::publish_device(Time now, const DeviceReading& reading) {
 }
 
 void OmniProcess::publish_command(Time now, Time steady) {
-  joint_command_t command{};
-  command.utime = now.us;
-  command.session = session_.session();
-  command.seq = session_.next_seq();
-  command.engaged = commander_->is_engaged() ? 1 : 0;
-  const JointVector& position_rad = commander_->position_rad();
-  command.n_joints = static_cast<int32_t>(position_rad.size());
-  command.position_rad.assign(position_rad.data(), position_rad.data() + position_rad.size());
-  commands_.publish(command);
+  commands_.publish(write_command({.time = now,
+                                   .session = session_.session(),
+                                   .seq = session_.next_seq(),
+                                   .is_engaged = commander_->is_engaged(),
+                                   .position_rad = commander_->position_rad()}));
   robot_->on_command(steady, now, commander_->is_engaged());
 }
 

@@ -37,8 +37,8 @@ class OmniProcess : public Process {
   void start() override;
 
  private:
-  void on_joint_state(const joint_state_t& state);
-  void on_controller_state(const controller_state_t& state);
+  void on_joint_state(const joint_state_t& message);
+  void on_controller_state(const controller_state_t& message);
   void on_tick();
   std::string find_obstacle(Time now, Time steady);
   bool heed_clutch(const DeviceReading& reading, const std::string& obstacle);

@@ -25,19 +25,19 @@ void RobotWatch::on_other_arm(Time arrival, int joint_count) {
   other_arm_joints_ = joint_count;
 }
 
-bool RobotWatch::is_ours(const RobotReport& report) const {
+bool RobotWatch::is_ours(const ControllerState& report) const {
   return report.driver_session == 0 || report.driver_session == session_;
 }
 
 // Older ones are passed over, unless nothing newer has come for a while: a stamp from the future
 // must not shut out what follows.
-void RobotWatch::on_report(Time arrival, const RobotReport& report) {
+void RobotWatch::on_report(Time arrival, const ControllerState& report) {
   const bool is_older = report_arrival_ && report.time < report_.time;
   if (is_older && !is_silent(report_arrival_, arrival)) return;
   report_ = report;
   report_arrival_ = arrival;
   if (!engaged_) return;
-  const bool follows = report.state == RobotState::kFollowing && is_ours(report);
+  const bool follows = report.state == ArmState::kFollowing && is_ours(report);
   if (followed_ && !follows) lost_ = true;
   if (follows && known_to_robot_ && report.time >= *known_to_robot_) {
     followed_ = true;
@@ -78,9 +78,9 @@ std::string RobotWatch::missing(Time now) const {
 }
 
 std::string RobotWatch::refusal() const {
-  if (report_.state == RobotState::kIdle) return with("the arm is idle", report_.reason);
-  if (report_.state == RobotState::kFault) return with("the arm has a fault", report_.reason);
-  if (report_.state > RobotState::kFault || report_.state < RobotState::kIdle) {
+  if (report_.state == ArmState::kIdle) return with("the arm is idle", report_.reason);
+  if (report_.state == ArmState::kFault) return with("the arm has a fault", report_.reason);
+  if (report_.state > ArmState::kFault || report_.state < ArmState::kIdle) {
     return "the arm is in a state that is not known here";
   }
   if (!is_ours(report_)) {

@@ -24,21 +24,10 @@
 #include <optional>
 #include <string>
 
+#include "common/robot_types.h"
 #include "common/time.h"
 
 namespace foresight {
-
-/// The numbers of controller_state_t.
-enum class RobotState : int8_t { kIdle, kHolding, kFollowing, kStopping, kFault };
-
-/// controller_state_t as far as the operator's side acts on it.
-struct RobotReport {
-  Time time;  // the robot's clock
-  RobotState state = RobotState::kIdle;
-  std::string reason = {};
-  int64_t driver_session = 0;  // 0: nobody drives
-  bool needs_release = false;
-};
 
 struct RobotWatchOptions {
   Duration silence = seconds(1.0);             // of either message: the robot is not there
@@ -58,7 +47,7 @@ class RobotWatch {
                  std::optional<Duration> round_trip);
   /// A JOINT_STATE of an arm with another number of joints.
   void on_other_arm(Time arrival, int joint_count);
-  void on_report(Time arrival, const RobotReport& report);
+  void on_report(Time arrival, const ControllerState& report);
   /// `stamp`: the command's utime.
   void on_command(Time now, Time stamp, bool is_engaged);
 
@@ -71,7 +60,7 @@ class RobotWatch {
 
  private:
   bool is_silent(const std::optional<Time>& arrival, Time now) const;
-  bool is_ours(const RobotReport& report) const;
+  bool is_ours(const ControllerState& report) const;
   std::string missing(Time now) const;
   std::string refusal() const;
   Duration longest_wait() const;
@@ -81,7 +70,7 @@ class RobotWatch {
   int64_t session_ = 0;
   std::optional<Time> joints_arrival_, report_arrival_, other_arm_arrival_;
   int other_arm_joints_ = 0;
-  RobotReport report_;
+  ControllerState report_;
   std::optional<Duration> round_trip_;
   // Of the present engagement.
   bool engaged_ = false, followed_ = false, lost_ = false;

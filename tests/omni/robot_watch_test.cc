@@ -18,8 +18,7 @@ class RobotWatchTest : public testing::Test {
   void joints(double ago_s = 0.15, Time command_time = {}) {
     robot_.on_joints(now_, robot_time(ago_s), command_time, round_trip_);
   }
-  void report(RobotState state, int64_t driver = 0, double ago_s = 0.15,
-              bool needs_release = false) {
+  void report(ArmState state, int64_t driver = 0, double ago_s = 0.15, bool needs_release = false) {
     robot_.on_report(now_, {.time = robot_time(ago_s),
                             .state = state,
                             .reason = "its reason",
@@ -37,8 +36,8 @@ class RobotWatchTest : public testing::Test {
   }
   void be_ready() {
     joints();
-    report(RobotState::kHolding);
-    repeat_ = [this] { report(RobotState::kHolding); };
+    report(ArmState::kHolding);
+    repeat_ = [this] { report(ArmState::kHolding); };
   }
   void engage(bool engaged) {
     engaged_ = engaged;
@@ -58,7 +57,7 @@ TEST_F(RobotWatchTest, SaysWhatIsMissingInOrder) {
   EXPECT_EQ(obstacle(), "cannot engage: no JOINT_STATE");
   joints();
   EXPECT_EQ(obstacle(), "cannot engage: no CONTROLLER_STATE");
-  report(RobotState::kHolding);
+  report(ArmState::kHolding);
   EXPECT_EQ(obstacle(), "");
   now_ = now_ + seconds(1.1);
   EXPECT_EQ(obstacle(), "cannot engage: no JOINT_STATE");
@@ -77,17 +76,17 @@ TEST_F(RobotWatchTest, NamesAnArmWithOtherJoints) {
 
 TEST_F(RobotWatchTest, GivesTheControllersWords) {
   joints();
-  report(RobotState::kIdle);
+  report(ArmState::kIdle);
   EXPECT_EQ(obstacle(), "the arm is idle: its reason");
-  report(RobotState::kFault);
+  report(ArmState::kFault);
   EXPECT_EQ(obstacle(), "the arm has a fault: its reason");
-  report(RobotState::kFollowing, kOther);
+  report(ArmState::kFollowing, kOther);
   EXPECT_EQ(obstacle(), "another operator drives (session 99)");
-  report(RobotState::kFollowing, kOurs);
+  report(ArmState::kFollowing, kOurs);
   EXPECT_EQ(obstacle(), "");
-  report(RobotState::kHolding, 0, 0.15, true);
+  report(ArmState::kHolding, 0, 0.15, true);
   EXPECT_EQ(obstacle(), "the arm waits for the clutch to be let go: its reason");
-  report(static_cast<RobotState>(77));
+  report(static_cast<ArmState>(77));
   EXPECT_NE(obstacle(), "");
 }
 
@@ -98,19 +97,19 @@ TEST_F(RobotWatchTest, AnEngagementIsGivenItsRoundTrip) {
   EXPECT_EQ(obstacle(), "") << "what the robot said before it knew is no answer";
   EXPECT_FALSE(robot_.is_followed());
   joints(0.15, stamp_);
-  report(RobotState::kFollowing, kOurs);
+  report(ArmState::kFollowing, kOurs);
   EXPECT_TRUE(robot_.is_followed());
-  repeat_ = [this] { report(RobotState::kFollowing, kOurs); };
+  repeat_ = [this] { report(ArmState::kFollowing, kOurs); };
   pass(60);
   EXPECT_EQ(obstacle(), "");
 }
 
 TEST_F(RobotWatchTest, AnythingButFollowingEndsAnEngagementThatWasFollowed) {
-  for (const RobotState state : {RobotState::kHolding, RobotState::kStopping}) {
+  for (const ArmState state : {ArmState::kHolding, ArmState::kStopping}) {
     be_ready();
     engage(true);
     joints(0.15, stamp_);
-    report(RobotState::kFollowing, kOurs);
+    report(ArmState::kFollowing, kOurs);
     report(state, kOurs, 0.1);
     EXPECT_EQ(obstacle(), "the arm does not follow: its reason");
     engage(false);
@@ -127,21 +126,21 @@ TEST_F(RobotWatchTest, AQuickSecondPressIsNotEndedByTheEndOfTheFirst) {
   const Time first = stamp_;
   pass(0.3);
   joints(0.15, first);
-  report(RobotState::kFollowing, kOurs);
+  report(ArmState::kFollowing, kOurs);
   engage(false);
   pass(0.1);
   engage(true);
   repeat_ = nullptr;
   joints(0.15, first);
-  report(RobotState::kFollowing, kOurs);
+  report(ArmState::kFollowing, kOurs);
   pass(0.05);
-  report(RobotState::kStopping);
+  report(ArmState::kStopping);
   EXPECT_EQ(obstacle(), "");
   pass(0.1);
-  report(RobotState::kHolding);
+  report(ArmState::kHolding);
   EXPECT_EQ(obstacle(), "");
   joints(0.15, stamp_);
-  report(RobotState::kFollowing, kOurs);
+  report(ArmState::kFollowing, kOurs);
   EXPECT_TRUE(robot_.is_followed());
 }
 
@@ -156,7 +155,7 @@ TEST_F(RobotWatchTest, AnEngagementThatIsNotFollowedEnds) {
   EXPECT_EQ(robot_.complaint(), "the arm has not followed: its reason");
   engage(true);
   joints(0.15, stamp_);
-  report(RobotState::kFollowing, kOurs, 0.1);
+  report(ArmState::kFollowing, kOurs, 0.1);
   EXPECT_EQ(robot_.complaint(), "");
 }
 
@@ -174,24 +173,24 @@ TEST_F(RobotWatchTest, SilenceEndsAnEngagement) {
   be_ready();
   engage(true);
   joints(0.15, stamp_);
-  report(RobotState::kFollowing, kOurs);
+  report(ArmState::kFollowing, kOurs);
   now_ = now_ + seconds(1.01);
   EXPECT_EQ(obstacle(), "cannot engage: no JOINT_STATE");
 }
 
 TEST_F(RobotWatchTest, OldReportsAreNoNews) {
   be_ready();
-  report(RobotState::kIdle, 0, 5);
+  report(ArmState::kIdle, 0, 5);
   EXPECT_EQ(obstacle(), "");
 }
 
 TEST_F(RobotWatchTest, AStampFromTheFutureDoesNotShutOutWhatFollows) {
   be_ready();
   robot_.on_report(now_,
-                   {.time = {std::numeric_limits<int64_t>::max()}, .state = RobotState::kHolding});
+                   {.time = {std::numeric_limits<int64_t>::max()}, .state = ArmState::kHolding});
   pass(1.2);
   EXPECT_EQ(obstacle(), "") << "the stream that keeps coming wins";
-  report(RobotState::kIdle);
+  report(ArmState::kIdle);
   EXPECT_EQ(obstacle(), "the arm is idle: its reason");
 }
 
