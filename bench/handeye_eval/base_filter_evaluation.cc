@@ -9,7 +9,6 @@ namespace foresight {
 namespace {
 
 using calibration::angle_between;
-using calibration::BaseEstimate;
 using calibration::kDegree;
 
 constexpr Duration kSettling = seconds(2);
@@ -24,7 +23,7 @@ double quantile(std::vector<double> values, double share) {
 }
 
 // The estimate's error, as a base pose seen from the true one.
-Pose<Base, Base> error_of(const BaseFrame& frame, const BaseEstimate& estimate) {
+Pose<Base, Base> error_of(const BaseFrame& frame, const BaseState& estimate) {
   return frame.world_from_base.inverse() * estimate.world_from_base;
 }
 

@@ -16,7 +16,7 @@ struct BaseFilterScore {
   // Root mean square of the change from frame to frame beyond the true one.
   double jitter_mm = 0, jitter_deg = 0;
   int refused = 0, reacquisitions = 0;
-  std::vector<calibration::BaseEstimate> estimates;  // one per frame
+  std::vector<BaseState> estimates;  // one per frame
 };
 
 BaseFilterScore evaluate_base_filter(const std::vector<BaseFrame>& frames,

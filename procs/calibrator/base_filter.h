@@ -3,7 +3,7 @@
 //
 //   auto filter = make_base_filter(options);
 //   filter->reset({time, world_from_cam, base_from_cam});
-//   BaseEstimate estimate = filter->update(measurement);   // or coast(time) when there is none
+//   BaseState estimate = filter->update(measurement);   // or coast(time) when there is none
 //
 // `paper`: B ← SLERP/lerp(B̂, B; λ). It lags by λ/(1−λ) frames (0.63 s at 30 Hz and λ = 0.95).
 // `kalman`: see kalman_base_filter.h.
@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "common/frames.h"
+#include "common/robot_types.h"
 #include "common/time.h"
 
 namespace foresight::calibration {
@@ -25,21 +26,6 @@ struct BaseMeasurement {
 
   /// Eq. (8).
   Pose<World, Base> world_from_base() const { return world_from_cam * base_from_cam.inverse(); }
-};
-
-enum class BaseState {
-  kMeasured,  // this frame contributed
-  kCoasting,  // predicted
-};
-
-struct BaseEstimate {
-  Time time;
-  BaseState state = BaseState::kCoasting;
-  Pose<World, Base> world_from_base;
-  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();            // world axes
-  Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();  // world axes
-  double position_sigma_m = 0;                                           // 3D
-  double rotation_sigma_rad = 0;                                         // 3D
 };
 
 enum class BaseFilterKind { kPaper, kKalman };
@@ -60,15 +46,16 @@ struct BaseFilterStatistics {
   double position_noise_m = 0, rotation_noise_rad = 0;  // as measured
 };
 
+/// Filters know no maps: they leave the estimates' epoch 0.
 class BaseFilter {
  public:
   virtual ~BaseFilter() = default;
   /// Begins at a measurement, at rest.
   virtual void reset(const BaseMeasurement& measurement) = 0;
   /// A frame with a measurement; coasts when it contradicts. Times increase.
-  virtual BaseEstimate update(const BaseMeasurement& measurement) = 0;
+  virtual BaseState update(const BaseMeasurement& measurement) = 0;
   /// A frame without one.
-  virtual BaseEstimate coast(Time time) = 0;
+  virtual BaseState coast(Time time) = 0;
   /// Where the base was for long, if it is believed elsewhere since and that is not certain yet.
   virtual std::optional<Pose<World, Base>> earlier() const { return std::nullopt; }
   virtual BaseFilterStatistics statistics() const = 0;

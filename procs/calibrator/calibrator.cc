@@ -157,14 +157,14 @@ std::optional<Calibrator::Expectation> Calibrator::expected_camera(BasePlace pla
                      alignment_.world_from_map.inverse() * world_from_cam};
 }
 
-std::optional<BaseEstimate> Calibrator::estimate_base(const CameraFrame& frame) {
+std::optional<BaseState> Calibrator::estimate_base(const CameraFrame& frame) {
   if (!alignment_.is_aligned) return std::nullopt;
   std::optional<ArmMotion> arm;
   if (is_good(frame)) {
     arm = history_.at(frame.time + seconds(joint_delay_s()));
     if (!arm) ++statistics_.missing_joints;
   }
-  std::optional<BaseEstimate> e;
+  std::optional<BaseState> e;
   if (arm) {
     // Eq. (7): the camera in the world by way of the map; in the base by way of the arm.
     e = follow({frame.time, alignment_.world_from_map * *frame.map_from_cam,
@@ -179,7 +179,7 @@ std::optional<BaseEstimate> Calibrator::estimate_base(const CameraFrame& frame) 
   return e;
 }
 
-BaseEstimate Calibrator::follow(const BaseMeasurement& measurement) {
+BaseState Calibrator::follow(const BaseMeasurement& measurement) {
   if (!filter_runs_) filter_->reset(measurement);
   filter_runs_ = true;
   doubt_m_ = doubt_m(alignment_.solution, measurement.base_from_cam);
@@ -187,9 +187,9 @@ BaseEstimate Calibrator::follow(const BaseMeasurement& measurement) {
 }
 
 // No single pose tells that it has left for good: it must be measured far away for a while.
-void Calibrator::watch_stand(const BaseEstimate& estimate) {
-  if (estimate.state != BaseState::kMeasured) far_since_.reset();
-  if (estimate.state != BaseState::kMeasured || stand_ == Stand::kLeft) return;
+void Calibrator::watch_stand(const BaseState& estimate) {
+  if (estimate.tracking != BaseTracking::kMeasured) far_since_.reset();
+  if (estimate.tracking != BaseTracking::kMeasured || stand_ == Stand::kLeft) return;
   const Pose<Base, Base> moved = world_from_aligned_base_.inverse() * estimate.world_from_base;
   const double far_m = options_.leave_m + kSigmas * doubt_m_;
   const double far_rad =
@@ -221,7 +221,8 @@ void Calibrator::recall(const KeptAlignment& kept) {
 }
 
 std::optional<KeptAlignment> Calibrator::kept() const {
-  if (!alignment_.is_aligned || !base_ || base_->state != BaseState::kMeasured) return std::nullopt;
+  if (!alignment_.is_aligned || !base_ || base_->tracking != BaseTracking::kMeasured)
+    return std::nullopt;
   KeptAlignment k;
   k.epoch = alignment_.epoch;
   k.time = base_->time;
@@ -239,7 +240,7 @@ std::optional<KeptAlignment> Calibrator::kept() const {
 }
 
 // How fast a base that moves to and fro may be by the time that somebody looks again.
-void Calibrator::note_speed(const BaseEstimate& estimate) {
+void Calibrator::note_speed(const BaseState& estimate) {
   const double since_s = base_ ? std::max(0.0, (estimate.time - base_->time).seconds()) : 0;
   const double left = std::exp(-since_s / kRestless_s);
   base_speed_m_per_s_ = std::max(estimate.velocity_m_per_s.norm(), left * base_speed_m_per_s_);
@@ -388,7 +389,10 @@ void Calibrator::refuse(const AlignmentTask& task, const AlignmentSolution& solu
   if (!is_repeated && !is_confirming()) alignment_.reason = solution.reason;
 }
 
-std::vector<BaseEstimate> Calibrator::take_base() { return std::exchange(new_base_, {}); }
+std::vector<BaseState> Calibrator::take_base() {
+  for (BaseState& base : new_base_) base.epoch = alignment_.epoch;
+  return std::exchange(new_base_, {});
+}
 
 CalibratorStatistics Calibrator::statistics() const {
   CalibratorStatistics s = statistics_;

@@ -6,7 +6,7 @@
 //   calibrator.apply_map(epoch, MapChange::kSnapshot, delta);
 //   calibrator.add_joints(time, position_rad);
 //   calibrator.add_frame(frame);
-//   for (const BaseEstimate& b : calibrator.take_base()) publish(b);
+//   for (const BaseState& b : calibrator.take_base()) publish(b);
 //   if (auto t = calibrator.take_task()) calibrator.apply(*t, solve_alignment(t->problem));
 //
 // World is the base at the time of the first alignment. A new epoch is a new map, which must be
@@ -60,7 +60,8 @@ struct CameraFrame {
   int points_found = 0;
 };
 
-struct Alignment {
+/// How far the alignment has come.
+struct AlignmentStatus {
   Time time;          // of the newest pair that contributed
   int64_t epoch = 0;  // of the map; 0: no map yet
   bool is_aligned = false;
@@ -128,11 +129,11 @@ class Calibrator {
   /// True when the alignment or its reason changed.
   bool apply(const AlignmentTask& task, const AlignmentSolution& solution);
 
-  const Alignment& alignment() const { return alignment_; }
+  const AlignmentStatus& alignment() const { return alignment_; }
   /// Base poses of frames since the last call, in order.
-  std::vector<BaseEstimate> take_base();
+  std::vector<BaseState> take_base();
   /// The newest one.
-  const std::optional<BaseEstimate>& base() const { return base_; }
+  const std::optional<BaseState>& base() const { return base_; }
   CalibratorStatistics statistics() const;
 
   /// Where the camera should be in the map, by the newest joints and where the base was last seen;
@@ -153,14 +154,14 @@ class Calibrator {
   double joint_delay_s() const;
   AlignmentEstimate guess() const;
   void drain();
-  std::optional<BaseEstimate> estimate_base(const CameraFrame& frame);
-  BaseEstimate follow(const BaseMeasurement& measurement);
+  std::optional<BaseState> estimate_base(const CameraFrame& frame);
+  BaseState follow(const BaseMeasurement& measurement);
   bool is_confirming() const { return recalled_ && recall_ == Recall::kOpen; }
   void check_recalled(const CameraFrame& frame);
   void use_recalled();
   bool keeps_recalled(const AlignmentSolution& solution) const;
-  void note_speed(const BaseEstimate& estimate);
-  void watch_stand(const BaseEstimate& estimate);
+  void note_speed(const BaseState& estimate);
+  void watch_stand(const BaseState& estimate);
   bool have_moved(const std::vector<PosePair>& pairs) const;
   void accept(const AlignmentTask& task, const AlignmentSolution& solution);
   void adopt(const AlignmentSolution& solution, Time newest_pair);
@@ -173,7 +174,7 @@ class Calibrator {
   MapStore map_;
   ArmHistory history_;
   PairCollector collector_;
-  Alignment alignment_;
+  AlignmentStatus alignment_;
   AlignmentSolution newest_;
   std::vector<Pose<Map, Cam>> solved_poses_;  // of the pairs of the last task
   bool has_new_pairs_ = false;
@@ -191,8 +192,8 @@ class Calibrator {
   Time newest_frame_;
   std::unique_ptr<BaseFilter> filter_;
   bool filter_runs_ = false;
-  std::optional<BaseEstimate> base_;
-  std::vector<BaseEstimate> new_base_;
+  std::optional<BaseState> base_;
+  std::vector<BaseState> new_base_;
   double base_speed_m_per_s_ = 0, base_turn_rad_per_s_ = 0;  // at most, of late
   CalibratorStatistics statistics_;
 };

@@ -148,20 +148,20 @@ bool KalmanBaseFilter::contender_returns() const {
   return earlier() && is_same_place(proven_->mixture.belief(), contender_->mixture.belief());
 }
 
-BaseEstimate KalmanBaseFilter::update(const BaseMeasurement& measurement) {
+BaseState KalmanBaseFilter::update(const BaseMeasurement& measurement) {
   advance(measurement.time);
   if (!fits(measurement)) {
     drop_unconfirmed(measurement.time);
     advance(measurement.time);
   }
   if (fits(measurement)) {
-    meter_.add(measurement, estimate(BaseState::kMeasured).world_from_base);
+    meter_.add(measurement, estimate(BaseTracking::kMeasured).world_from_base);
     accept(measurement);
-    return estimate(BaseState::kMeasured);
+    return estimate(BaseTracking::kMeasured);
   }
   meter_.interrupt();
   contend(measurement);
-  if (!contender_is_believed()) return estimate(BaseState::kCoasting);
+  if (!contender_is_believed()) return estimate(BaseTracking::kCoasting);
   mixture_ = contender_->mixture;
   measured_time_ = measurement.time;
   confirmed_ = Moment{mixture_, time_};
@@ -170,14 +170,14 @@ BaseEstimate KalmanBaseFilter::update(const BaseMeasurement& measurement) {
   contender_.reset();
   contenders_ = 0;
   ++statistics_.reacquisitions;
-  return estimate(BaseState::kMeasured);
+  return estimate(BaseTracking::kMeasured);
 }
 
-BaseEstimate KalmanBaseFilter::coast(Time time) {
+BaseState KalmanBaseFilter::coast(Time time) {
   drop_unconfirmed(time);
   advance(time);
   meter_.interrupt();
-  return estimate(BaseState::kCoasting);
+  return estimate(BaseTracking::kCoasting);
 }
 
 BaseFilterStatistics KalmanBaseFilter::statistics() const {
@@ -187,11 +187,11 @@ BaseFilterStatistics KalmanBaseFilter::statistics() const {
   return s;
 }
 
-BaseEstimate KalmanBaseFilter::estimate(BaseState state) const {
+BaseState KalmanBaseFilter::estimate(BaseTracking tracking) const {
   const MotionBelief b = mixture_.belief();
-  BaseEstimate e;
+  BaseState e;
   e.time = time_;
-  e.state = state;
+  e.tracking = tracking;
   e.world_from_base = {b.rotation, b.position_m};
   e.velocity_m_per_s = b.velocity_m_per_s;
   e.angular_velocity_rad_per_s = b.angular_velocity_rad_per_s;

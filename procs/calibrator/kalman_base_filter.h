@@ -30,8 +30,8 @@ class KalmanBaseFilter : public BaseFilter {
   explicit KalmanBaseFilter(const BaseFilterOptions& options);
 
   void reset(const BaseMeasurement& measurement) override;
-  BaseEstimate update(const BaseMeasurement& measurement) override;
-  BaseEstimate coast(Time time) override;
+  BaseState update(const BaseMeasurement& measurement) override;
+  BaseState coast(Time time) override;
   std::optional<Pose<World, Base>> earlier() const override;
   BaseFilterStatistics statistics() const override;
 
@@ -55,7 +55,7 @@ class KalmanBaseFilter : public BaseFilter {
   bool contender_is_believed() const;
   bool contender_returns() const;
   void accept(const BaseMeasurement& measurement);
-  BaseEstimate estimate(BaseState state) const;
+  BaseState estimate(BaseTracking tracking) const;
 
   BaseFilterOptions options_;
   NoiseMeter meter_;

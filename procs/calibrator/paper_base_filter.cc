@@ -16,18 +16,18 @@ constexpr double kUnseenSpeed_m_per_s = 0.05, kUnseenTurn_rad_per_s = 5 * kDegre
 void PaperBaseFilter::reset(const BaseMeasurement& measurement) {
   estimate_ = {};
   estimate_.time = measurement.time;
-  estimate_.state = BaseState::kMeasured;
+  estimate_.tracking = BaseTracking::kMeasured;
   estimate_.world_from_base = measurement.world_from_base();
   estimate_.position_sigma_m = options_.position_noise_m;
   estimate_.rotation_sigma_rad = options_.rotation_noise_deg * kDegree;
 }
 
-BaseEstimate PaperBaseFilter::update(const BaseMeasurement& measurement) {
+BaseState PaperBaseFilter::update(const BaseMeasurement& measurement) {
   const double fresh = 1 - options_.lambda;
   const Pose<World, Base> before = estimate_.world_from_base;
   const Pose<World, Base> now = measurement.world_from_base();
   estimate_.time = measurement.time;
-  estimate_.state = BaseState::kMeasured;
+  estimate_.tracking = BaseTracking::kMeasured;
   estimate_.world_from_base = {before.rotation().slerp(fresh, now.rotation()),
                                options_.lambda * before.translation() + fresh * now.translation()};
   const double smoothing = std::sqrt(fresh / (1 + options_.lambda));
@@ -36,10 +36,10 @@ BaseEstimate PaperBaseFilter::update(const BaseMeasurement& measurement) {
   return estimate_;
 }
 
-BaseEstimate PaperBaseFilter::coast(Time time) {
+BaseState PaperBaseFilter::coast(Time time) {
   const double step_s = (time - estimate_.time).seconds();
   estimate_.time = time;
-  estimate_.state = BaseState::kCoasting;
+  estimate_.tracking = BaseTracking::kCoasting;
   estimate_.position_sigma_m += kUnseenSpeed_m_per_s * step_s;
   estimate_.rotation_sigma_rad += kUnseenTurn_rad_per_s * step_s;
   return estimate_;

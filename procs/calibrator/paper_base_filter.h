@@ -12,13 +12,13 @@ class PaperBaseFilter : public BaseFilter {
   explicit PaperBaseFilter(const BaseFilterOptions& options) : options_(options) {}
 
   void reset(const BaseMeasurement& measurement) override;
-  BaseEstimate update(const BaseMeasurement& measurement) override;
-  BaseEstimate coast(Time time) override;
+  BaseState update(const BaseMeasurement& measurement) override;
+  BaseState coast(Time time) override;
   BaseFilterStatistics statistics() const override { return {}; }
 
  private:
   BaseFilterOptions options_;
-  BaseEstimate estimate_;
+  BaseState estimate_;
 };
 
 }  // namespace foresight::calibration

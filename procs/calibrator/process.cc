@@ -4,6 +4,7 @@
 
 #include "common/messages.h"
 #include "common/output_file.h"
+#include "common/robot_messages.h"
 #include "procs/calibrator/alignment_solver.h"
 
 namespace foresight {
@@ -11,54 +12,26 @@ namespace {
 
 using calibration::AlignmentSolution;
 using calibration::AlignmentTask;
-using calibration::BaseEstimate;
-using calibration::BaseState;
 using calibration::Recall;
 
 constexpr Duration kSilence = seconds(1);
 
-void write(const Eigen::Quaterniond& q, double wxyz[4]) {
-  wxyz[0] = q.w();
-  wxyz[1] = q.x();
-  wxyz[2] = q.y();
-  wxyz[3] = q.z();
-}
-
-void write(const Eigen::Vector3d& v, double xyz[3]) { std::copy_n(v.data(), 3, xyz); }
-
-alignment_t to_message(const calibration::Alignment& a) {
+alignment_t to_message(const calibration::AlignmentStatus& a) {
+  const calibration::AlignmentEstimate& e = a.solution.estimate;
   alignment_t m{};
+  write_alignment({.epoch = a.epoch,
+                   .world_from_map = a.world_from_map,
+                   .ee_from_cam = e.ee_from_cam,
+                   .joint_delay_s = e.joint_delay_s},
+                  &m);
   m.utime = a.time.us;
-  m.epoch = a.epoch;
   m.state = a.is_aligned ? alignment_t::STATE_ALIGNED : alignment_t::STATE_COLLECTING;
   m.reason = a.reason;
-  const calibration::AlignmentEstimate& e = a.solution.estimate;
-  m.world_from_map_scale_m_per_mu = a.world_from_map.scale();
-  write(a.world_from_map.rotation(), m.world_from_map_quat_wxyz);
-  write(a.world_from_map.translation(), m.world_from_map_position_m);
-  write(e.ee_from_cam.rotation(), m.ee_from_cam_quat_wxyz);
-  write(e.ee_from_cam.translation(), m.ee_from_cam_position_m);
-  m.joint_delay_s = e.joint_delay_s;
   m.scale_sigma = static_cast<float>(a.solution.scale_sigma);
   m.position_sigma_m = static_cast<float>(a.position_sigma_m);
   m.rotation_sigma_rad = static_cast<float>(a.rotation_sigma_rad);
   m.residual_px = static_cast<float>(a.solution.residual_px);
   m.n_pairs = a.solution.inliers;
-  return m;
-}
-
-base_pose_t to_message(const BaseEstimate& b, int64_t epoch) {
-  base_pose_t m{};
-  m.utime = b.time.us;
-  m.epoch = epoch;
-  m.state =
-      b.state == BaseState::kMeasured ? base_pose_t::STATE_MEASURED : base_pose_t::STATE_COASTING;
-  write(b.world_from_base.rotation(), m.world_from_base_quat_wxyz);
-  write(b.world_from_base.translation(), m.world_from_base_position_m);
-  write(b.velocity_m_per_s, m.velocity_m_per_s);
-  write(b.angular_velocity_rad_per_s, m.angular_velocity_rad_per_s);
-  m.position_sigma_m = static_cast<float>(b.position_sigma_m);
-  m.rotation_sigma_rad = static_cast<float>(b.rotation_sigma_rad);
   return m;
 }
 
@@ -195,10 +168,12 @@ void CalibratorProcess::on_joint_state(const joint_state_t& message) {
                                      " joints, the arm's description has " +
                                      std::to_string(joints_));
   }
-  const StampVerdict verdict = joint_stamps_.judge(node_.now(), {message.utime});
+  const auto state = read_joint_state(message);
+  if (!state) return joint_state_input_.reject("has joints that are none");
+  const StampVerdict verdict = joint_stamps_.judge(node_.now(), state->time);
   if (!is_taken(verdict)) return joint_state_input_.reject(to_string(verdict));
   last_joints_ = node_.now();
-  core_->add_joints({message.utime}, JointVector::Map(message.position_rad.data(), joints_));
+  core_->add_joints(state->time, state->position_rad);
   watch_recall();
   publish_base();
 }
@@ -267,9 +242,9 @@ void CalibratorProcess::publish_alignment() {
 }
 
 void CalibratorProcess::publish_base() {
-  for (const BaseEstimate& estimate : core_->take_base()) {
-    base_poses_.publish(to_message(estimate, core_->alignment().epoch));
-    base_state_ = estimate.state;
+  for (const BaseState& base : core_->take_base()) {
+    base_poses_.publish(write_base(base));
+    base_tracking_ = base.tracking;
   }
 }
 
@@ -301,9 +276,9 @@ void CalibratorProcess::publish_health() {
   node_.set_metric("camera_noise_mm", 1e3 * s.filter.position_noise_m);
   const std::string missing = missing_input();
   if (!missing.empty()) return node_.set_state(ProcessState::kWaiting, missing);
-  const calibration::Alignment& alignment = core_->alignment();
+  const calibration::AlignmentStatus& alignment = core_->alignment();
   if (!alignment.is_aligned) return node_.set_state(ProcessState::kWaiting, alignment.reason);
-  if (base_state_ == BaseState::kCoasting) {
+  if (base_tracking_ == BaseTracking::kCoasting) {
     return node_.set_state(ProcessState::kDegraded,
                            "tracking is lost or contradicts: the base is predicted");
   }

@@ -42,9 +42,9 @@ class CalibratorProcess : public Process {
   void start() override;
 
   /// For evaluations that run the process in a Simulation. Only after start().
-  const calibration::Alignment& alignment() const { return core_->alignment(); }
+  const calibration::AlignmentStatus& alignment() const { return core_->alignment(); }
   /// Empty until the first frame after alignment.
-  const std::optional<calibration::BaseEstimate>& base() const { return core_->base(); }
+  const std::optional<BaseState>& base() const { return core_->base(); }
 
  private:
   void on_camera_info(const camera_info_t& message);
@@ -73,7 +73,7 @@ class CalibratorProcess : public Process {
   PersistentValue<CameraModel> camera_{2};  // stated once a second
   NewestStamp joint_stamps_, frame_stamps_;
   std::optional<Time> last_joints_, last_frame_;  // by the clock, when they arrived
-  std::optional<calibration::BaseState> base_state_;
+  std::optional<BaseTracking> base_tracking_;
   int64_t hints_given_ = 0;
 
   std::optional<RunIdentity> run_;

@@ -60,7 +60,7 @@ TEST(Alignment, StandardDeviationsAreHonest) {
     calibrator.alignment.estimate_delay = false;
     Site site(options, calibrator);
     site.run(10);
-    const Alignment& a = site.core.alignment();
+    const AlignmentStatus& a = site.core.alignment();
     ASSERT_TRUE(a.is_aligned) << a.reason;
     const AlignmentError error = alignment_error(site.robot, a);
     position2 += std::pow(error.position_m / a.position_sigma_m, 2) / kRuns;
@@ -163,7 +163,7 @@ TEST(Alignment, IsTheSameBitForBit) {
     site.run(9);
     return site.core.alignment();
   };
-  const Alignment a = run(), b = run();
+  const AlignmentStatus a = run(), b = run();
   EXPECT_EQ(a.world_from_map.matrix(), b.world_from_map.matrix());
   EXPECT_EQ(a.solution.residual_px, b.solution.residual_px);
 }

@@ -82,14 +82,14 @@ TEST(BaseFilter, CoastsWithGrowingDoubtAndDyingVelocity) {
   const auto frames = make_base_motion(BaseMotionKind::kRamp, {});
   const auto filter = make_base_filter({});
   filter->reset(frames[0].measurement);
-  BaseEstimate last;
+  BaseState last;
   for (size_t i = 0; i < 240; ++i) last = filter->update(frames[i].measurement);  // 8 s
   EXPECT_NEAR(last.velocity_m_per_s.norm(), 0.1, 0.03);
   EXPECT_NEAR(last.angular_velocity_rad_per_s.z() / kDegree, 10, 2);
   double sigma_m = last.position_sigma_m;
   for (int i = 1; i <= 60; ++i) {
-    const BaseEstimate e = filter->coast(last.time + milliseconds(33 * i));
-    EXPECT_EQ(e.state, BaseState::kCoasting);
+    const BaseState e = filter->coast(last.time + milliseconds(33 * i));
+    EXPECT_EQ(e.tracking, BaseTracking::kCoasting);
     EXPECT_GT(e.position_sigma_m, sigma_m);
     sigma_m = e.position_sigma_m;
     if (i == 60) {
@@ -111,7 +111,7 @@ TEST(BaseFilter, OneWrongPoseDoesNotOutlastTheSilenceAfterIt) {
     for (size_t i = 1; i < 150; ++i) filter->update(frames[i].measurement);
     Time now = frames[149].measurement.time;
     const auto lose = [&](double for_s) {
-      BaseEstimate e;
+      BaseState e;
       for (int i = 0; i < for_s * 30; ++i) e = filter->coast(now = now + milliseconds(33));
       return e;
     };
@@ -120,9 +120,9 @@ TEST(BaseFilter, OneWrongPoseDoesNotOutlastTheSilenceAfterIt) {
       BaseMeasurement m = frames[149].measurement;
       m.time = now = now + milliseconds(33);
       m.world_from_cam = off * (m.world_from_base() * m.base_from_cam);
-      EXPECT_EQ(filter->update(m).state, BaseState::kMeasured);
+      EXPECT_EQ(filter->update(m).tracking, BaseTracking::kMeasured);
     }
-    const BaseEstimate after = lose(0.5);
+    const BaseState after = lose(0.5);
     EXPECT_LT(
         (after.world_from_base.translation() - frames[149].world_from_base.translation()).norm(),
         0.005);
@@ -145,7 +145,7 @@ TEST(BaseFilter, WhatWasProvenIsBelievedAgainAtOnce) {
   filter->reset(frames[0].measurement);
   int off_after = 0;
   for (size_t i = 1; i < 300; ++i) {
-    const BaseEstimate e = filter->update(frames[i].measurement);
+    const BaseState e = filter->update(frames[i].measurement);
     const double off_m =
         (e.world_from_base.translation() - frames[i].world_from_base.translation()).norm();
     if (i == 200) EXPECT_GT(off_m, 0.05) << "it was not believed";
@@ -162,7 +162,7 @@ TEST(BaseFilter, ASlowCameraIsFollowed) {
   filter->reset(frames[0].measurement);
   for (size_t i = 1; i < 60; ++i) filter->update(frames[i].measurement);
   for (size_t i = 60; i < frames.size(); i += 15) {
-    const BaseEstimate e = filter->update(frames[i].measurement);
+    const BaseState e = filter->update(frames[i].measurement);
     EXPECT_LT((e.world_from_base.translation() - frames[i].world_from_base.translation()).norm(),
               0.02)
         << i;
@@ -179,7 +179,7 @@ TEST(BaseFilter, ABaseThatMovedUnseenIsBelievedAndStaysSo) {
   const auto frames = make_base_motion(BaseMotionKind::kStill, options);
   const auto filter = make_base_filter({});
   filter->reset(frames[0].measurement);
-  BaseEstimate e;
+  BaseState e;
   for (size_t i = 1; i < 240; ++i) {
     const bool is_lost = i >= 150 && i < 210;  // from 5 to 7 s; then it is seen for a second
     e = is_lost ? filter->coast(frames[i].measurement.time) : filter->update(frames[i].measurement);
@@ -252,11 +252,11 @@ TEST_F(BaseBehindAlignment, MistrackingAndLossDoNotMoveIt) {
   robot.set_tracking(SimulatedRobot::Tracking::kLost);
   robot.run(2, &listener);
   const auto lost = listener.take_base();
-  EXPECT_EQ(lost.back().state, BaseState::kCoasting);
+  EXPECT_EQ(lost.back().tracking, BaseTracking::kCoasting);
   EXPECT_LT(base_error(robot, lost).max_mm, 5);
   robot.set_tracking(SimulatedRobot::Tracking::kGood);
   robot.run(1, &listener);
-  EXPECT_EQ(core.base()->state, BaseState::kMeasured);
+  EXPECT_EQ(core.base()->tracking, BaseTracking::kMeasured);
 }
 
 TEST_F(BaseBehindAlignment, ANewMapKeepsTheWorld) {

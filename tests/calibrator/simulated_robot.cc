@@ -155,7 +155,7 @@ void CoreListener::on_second() {
 }
 
 AlignmentError alignment_error(const SimulatedRobot& robot,
-                               const calibration::Alignment& alignment) {
+                               const calibration::AlignmentStatus& alignment) {
   AlignmentError error;
   const Similarity<World, Map>&is = alignment.world_from_map, &should = robot.world_from_map();
   error.scale = std::abs(is.scale() / should.scale() - 1);
@@ -170,10 +170,9 @@ AlignmentError alignment_error(const SimulatedRobot& robot,
   return error;
 }
 
-BaseError base_error(const SimulatedRobot& robot,
-                     const std::vector<calibration::BaseEstimate>& estimates) {
+BaseError base_error(const SimulatedRobot& robot, const std::vector<BaseState>& estimates) {
   std::vector<double> mm, deg;
-  for (const calibration::BaseEstimate& e : estimates) {
+  for (const BaseState& e : estimates) {
     const auto error = robot.world_from_base(e.time).inverse() * e.world_from_base;
     mm.push_back(1e3 * error.translation().norm());
     deg.push_back(calibration::angle_between(error.rotation(), {1, 0, 0, 0}) / kDegree);

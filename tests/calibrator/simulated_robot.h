@@ -91,11 +91,11 @@ class CoreListener : public RobotListener {
   void on_map(int64_t epoch, bool is_first, const MapDelta& delta) override;
   void on_second() override;
   /// Since the last call.
-  std::vector<calibration::BaseEstimate> take_base() { return std::exchange(base_, {}); }
+  std::vector<BaseState> take_base() { return std::exchange(base_, {}); }
 
  private:
   calibration::Calibrator* core_;
-  std::vector<calibration::BaseEstimate> base_;
+  std::vector<BaseState> base_;
 };
 
 /// Errors of a calibrator against the robot's truth.
@@ -105,12 +105,11 @@ struct AlignmentError {
   double scale = 0;  // relative
 };
 AlignmentError alignment_error(const SimulatedRobot& robot,
-                               const calibration::Alignment& alignment);
+                               const calibration::AlignmentStatus& alignment);
 
 struct BaseError {
   double median_mm = 0, max_mm = 0, median_deg = 0, max_deg = 0;
 };
-BaseError base_error(const SimulatedRobot& robot,
-                     const std::vector<calibration::BaseEstimate>& estimates);
+BaseError base_error(const SimulatedRobot& robot, const std::vector<BaseState>& estimates);
 
 }  // namespace foresight
