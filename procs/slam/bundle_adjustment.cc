@@ -22,6 +22,8 @@ using Eigen::Vector3d;
 constexpr double kFocalTolerance = 0.05, kFocalEvidence = 0.8;  // factor off by, cost ratio below
 
 using PoseBlock = std::array<double, 7>;  // cam_from_map: quaternion xyzw, translation
+using PoseBlocks = IdVector<BundleKeyframeIndex, PoseBlock>;
+using PointBlocks = IdVector<BundlePointIndex, Vector3d>;
 
 // Left multiplication with a small motion. The cost functions give derivatives by that motion in
 // the first six of seven columns, so that the plus-jacobian only has to select them.
@@ -153,8 +155,8 @@ ceres::Solver::Options solver_options(const BundleProblem& problem) {
 }
 
 // `factor` of the focal length: adjusted if given. The final robust cost goes to `cost`.
-bool solve(const BundleProblem& problem, std::vector<PoseBlock>* poses,
-           std::vector<Vector3d>* points, double* factor, double* cost) {
+bool solve(const BundleProblem& problem, PoseBlocks* poses, PointBlocks* points, double* factor,
+           double* cost) {
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -164,7 +166,7 @@ bool solve(const BundleProblem& problem, std::vector<PoseBlock>* poses,
   auto* ordering = new ceres::ParameterBlockOrdering;  // owned by the options below
   ceres::Solver::Options options = solver_options(problem);
   options.linear_solver_ordering.reset(ordering);
-  for (size_t i = 0; i < poses->size(); ++i) {
+  for (const BundleKeyframeIndex i : poses->ids()) {
     double* block = (*poses)[i].data();
     ceres_problem.AddParameterBlock(block, 7, &manifold);
     ordering->AddElementToGroup(block, 1);
@@ -182,8 +184,8 @@ bool solve(const BundleProblem& problem, std::vector<PoseBlock>* poses,
   }
   Reprojection seen;
   for (const BundleObservation& o : problem.observations) {
-    double* pose = (*poses)[static_cast<size_t>(o.keyframe_index)].data();
-    double* point = (*points)[static_cast<size_t>(o.point_index)].data();
+    double* pose = (*poses)[o.keyframe].data();
+    double* point = (*points)[o.point].data();
     if (!reproject(o, pose, point, 1, false, &seen)) continue;  // behind: judged an outlier
     if (factor != nullptr) {
       ceres_problem.AddResidualBlock(new FocalReprojectionCost(o), &loss, pose, point, factor);
@@ -201,21 +203,19 @@ void judge_observations(const BundleProblem& problem, BundleSolution* solution) 
   double squared_sum = 0;
   size_t inliers = 0;
   solution->fits.resize(problem.points.size());
-  std::vector<Pose<Cam, Map>> cam_from_map;
+  IdVector<BundleKeyframeIndex, Pose<Cam, Map>> cam_from_map;
   for (const BundleKeyframe& k : solution->keyframes) {
     cam_from_map.push_back(k.map_from_cam.inverse());
   }
-  for (size_t i = 0; i < problem.observations.size(); ++i) {
-    const BundleObservation& o = problem.observations[i];
-    const Vector3d p = cam_from_map[static_cast<size_t>(o.keyframe_index)] *
-                       solution->points[static_cast<size_t>(o.point_index)].position_in_map;
+  for (const BundleObservation& o : problem.observations) {
+    const Vector3d p = cam_from_map[o.keyframe] * solution->points[o.point].position_in_map;
     const double error = p.z() > 0 ? o.scale_px * (p.head<2>() / p.z() - o.xy).norm() : 1e6;
     if (error > problem.outlier_px) {
-      solution->outliers.push_back(static_cast<int32_t>(i));
+      solution->outliers.push_back(o);
     } else {
       squared_sum += error * error;
       ++inliers;
-      BundleSolution::Fit& fit = solution->fits[static_cast<size_t>(o.point_index)];
+      BundleSolution::Fit& fit = solution->fits[o.point];
       ++fit.observations;
       fit.rms_px += error * error;  // a sum, until below
     }
@@ -240,8 +240,8 @@ void bring_back(const BundleProblem& problem, BundleSolution* solution) {
 }  // namespace
 
 BundleSolution adjust_bundle(const BundleProblem& problem) {
-  std::vector<PoseBlock> poses;
-  std::vector<Vector3d> points;
+  PoseBlocks poses;
+  PointBlocks points;
   for (const BundleKeyframe& k : problem.keyframes)
     poses.push_back(block_from_pose(k.map_from_cam));
   for (const BundlePoint& p : problem.points) points.push_back(p.position_in_map);
@@ -253,12 +253,12 @@ BundleSolution adjust_bundle(const BundleProblem& problem) {
   solution.usable =
       !problem.observations.empty() && solve(problem, &poses, &points, nullptr, &cost);
   if (!solution.usable) return solution;
-  for (size_t i = 0; i < poses.size(); ++i) {
+  for (const BundleKeyframeIndex i : poses.ids()) {
     if (problem.keyframes[i].role == BundleRole::kAdjusted) {
       solution.keyframes[i].map_from_cam = pose_from_block(poses[i]);
     }
   }
-  for (size_t i = 0; i < points.size(); ++i) {
+  for (const BundlePointIndex i : points.ids()) {
     solution.points[i].position_in_map = points[i];
     solution.usable = solution.usable && points[i].allFinite();
   }
@@ -270,8 +270,8 @@ BundleSolution adjust_bundle(const BundleProblem& problem) {
 FocalCheck check_focal_length(BundleProblem problem) {
   FocalCheck check;
   if (problem.observations.empty()) return check;
-  std::vector<PoseBlock> poses;
-  std::vector<Vector3d> points;
+  PoseBlocks poses;
+  PointBlocks points;
   for (const BundleKeyframe& k : problem.keyframes) {
     poses.push_back(block_from_pose(k.map_from_cam));
   }

@@ -4,36 +4,40 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
 #include "common/frames.h"
+#include "common/id.h"
 
 namespace foresight::slam {
 
 enum class BundleRole { kAdjusted, kFixed };
 
+/// Places in a problem and in its solution, which are no ids of the map.
+using BundleKeyframeIndex = Id<struct BundleKeyframeTag>;
+using BundlePointIndex = Id<struct BundlePointTag>;
+
 struct BundleKeyframe {
-  int32_t id = 0;
+  KeyframeId id;
   BundleRole role = BundleRole::kAdjusted;
   Pose<Map, Cam> map_from_cam;
 };
 
 struct BundlePoint {
-  int32_t id = 0;
+  PointId id;
   Eigen::Vector3d position_in_map;
 };
 
 struct BundleObservation {
-  int32_t keyframe_index = 0;  // into BundleProblem::keyframes
-  int32_t point_index = 0;     // into BundleProblem::points
-  Eigen::Vector2d xy;          // (x/z, y/z) of the ray
-  double scale_px = 1;         // px of its pyramid level per unit of xy
+  BundleKeyframeIndex keyframe;
+  BundlePointIndex point;
+  Eigen::Vector2d xy;   // (x/z, y/z) of the ray
+  double scale_px = 1;  // px of its pyramid level per unit of xy
 };
 
 struct BundleProblem {
-  std::vector<BundleKeyframe> keyframes;
-  std::vector<BundlePoint> points;
+  IdVector<BundleKeyframeIndex, BundleKeyframe> keyframes;
+  IdVector<BundlePointIndex, BundlePoint> points;
   std::vector<BundleObservation> observations;
   int max_iterations = 10;
   /// Nothing outside holds the map's place: the solution is brought back to where it was.
@@ -44,15 +48,15 @@ struct BundleProblem {
 
 struct BundleSolution {
   bool usable = false;
-  std::vector<BundleKeyframe> keyframes;  // in the problem's order
-  std::vector<BundlePoint> points;
-  std::vector<int32_t> outliers;  // indices of observations
-  double rms_px = 0;              // over the inliers
+  IdVector<BundleKeyframeIndex, BundleKeyframe> keyframes;  // in the problem's order
+  IdVector<BundlePointIndex, BundlePoint> points;
+  std::vector<BundleObservation> outliers;
+  double rms_px = 0;  // over the inliers
   struct Fit {
     int observations = 0;  // inliers
     double rms_px = 0;     // over these
   };
-  std::vector<Fit> fits;  // of each point
+  IdVector<BundlePointIndex, Fit> fits;
 };
 
 BundleSolution adjust_bundle(const BundleProblem& problem);

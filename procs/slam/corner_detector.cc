@@ -116,7 +116,7 @@ std::vector<DetectedCorner> detect_corners(const ImagePyramid& pyramid, int coun
   return corners;
 }
 
-std::optional<Corner> make_corner(const CameraModel& camera, int32_t keyframe_id,
+std::optional<Corner> make_corner(const CameraModel& camera, KeyframeId keyframe_id,
                                   const DetectedCorner& detected) {
   const double step = level_scale(detected.level);
   Corner corner;

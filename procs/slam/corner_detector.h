@@ -34,7 +34,7 @@ std::vector<DetectedCorner> detect_corners(const ImagePyramid& pyramid, int coun
                                            OccupancyMask* occupied);
 
 /// Rays of the corner and its neighbours; empty if they leave the camera model.
-std::optional<Corner> make_corner(const CameraModel& camera, int32_t keyframe_id,
+std::optional<Corner> make_corner(const CameraModel& camera, KeyframeId keyframe_id,
                                   const DetectedCorner& detected);
 
 }  // namespace foresight::slam

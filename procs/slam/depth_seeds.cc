@@ -215,7 +215,7 @@ std::vector<Seed> DepthSeeds::take_mature() {
   return mature;
 }
 
-void DepthSeeds::scale_keyframe(int32_t id, double factor) {
+void DepthSeeds::scale_keyframe(KeyframeId id, double factor) {
   for (Seed& seed : seeds_) {
     if (seed.corner.keyframe_id != id) continue;
     seed.inverse_depth /= factor;
@@ -228,13 +228,14 @@ void DepthSeeds::scale_keyframe(int32_t id, double factor) {
   }
 }
 
-void DepthSeeds::forget_keyframe(int32_t id) {
+void DepthSeeds::forget_keyframe(KeyframeId id) {
   std::erase_if(seeds_, [&](const Seed& s) { return s.corner.keyframe_id == id; });
 }
 
-void DepthSeeds::prune(int32_t oldest_keyframe_id) {
+void DepthSeeds::prune(KeyframeId newest_keyframe_id, int kept_keyframes) {
+  const KeyframeId oldest(newest_keyframe_id.value() - kept_keyframes);
   std::erase_if(seeds_, [&](const Seed& s) {
-    return s.misses >= kMaxMisses || s.corner.keyframe_id < oldest_keyframe_id;
+    return s.misses >= kMaxMisses || s.corner.keyframe_id < oldest;
   });
 }
 

@@ -44,7 +44,7 @@ struct SeedSearch {
     ImagePyramid pyramid;
     Pose<Map, Cam> map_from_cam;
   };
-  int32_t keyframe_id = 0;
+  KeyframeId keyframe_id;
   View keyframe;
   double median_depth = 1;
   OccupancyMask occupied;  // where there are points or seeds already
@@ -64,10 +64,10 @@ class DepthSeeds {
               int max_searches);
   std::vector<Seed> take_mature();
   /// Gives up seeds that keep missing and those of keyframes before `oldest_keyframe_id`.
-  void prune(int32_t oldest_keyframe_id);
-  void forget_keyframe(int32_t id);
+  void prune(KeyframeId newest_keyframe_id, int kept_keyframes);
+  void forget_keyframe(KeyframeId id);
   /// The map around this keyframe grew by so much.
-  void scale_keyframe(int32_t id, double factor);
+  void scale_keyframe(KeyframeId id, double factor);
   const std::vector<Seed>& seeds() const { return seeds_; }
   void clear() { seeds_.clear(); }
 

@@ -30,6 +30,8 @@ class FileWriter {
     } else if constexpr (std::is_arithmetic_v<Word> && !std::is_same_v<Word, char>) {
       std::array<char, 32> digits;
       text_.append(digits.data(), std::to_chars(digits.begin(), digits.end(), word).ptr);
+    } else if constexpr (requires { word.is_valid(); }) {
+      *this << word.value();  // an Id
     } else {
       text_ += word;
     }

@@ -146,18 +146,17 @@ BundleProblem Solver::bundle_over_views(const TwoViewSolution& solution) const {
   const std::vector<Pose<Map, Cam>> views = views_along(solution);
   for (size_t v = 0; v < views.size(); ++v) {
     problem.keyframes.push_back(
-        {static_cast<int32_t>(v), v == 0 ? BundleRole::kFixed : BundleRole::kAdjusted, views[v]});
+        {KeyframeId::at(v), v == 0 ? BundleRole::kFixed : BundleRole::kAdjusted, views[v]});
   }
   for (size_t n = 0; n < solution.points.size(); ++n) {
     const Vector3d& point = solution.points[n];
     const bool before_all = std::all_of(views.begin(), views.end(), [&](const Pose<Map, Cam>& v) {
       return (v.inverse() * point).z() > 1e-3 * point.z();
     });
-    const auto index = static_cast<int32_t>(n);
-    problem.points.push_back({index, point});
+    const BundlePointIndex index = problem.points.push_back({PointId::at(n), point});
     for (size_t v = 0; v < views.size() && before_all; ++v) {
       problem.observations.push_back(
-          {static_cast<int32_t>(v), index, in_.rays[v][solution.tracks[n]], in_.focal_px});
+          {BundleKeyframeIndex::at(v), index, in_.rays[v][solution.tracks[n]], in_.focal_px});
     }
   }
   return problem;
@@ -167,14 +166,13 @@ BundleProblem Solver::bundle_over_views(const TwoViewSolution& solution) const {
 std::vector<double> point_costs(const BundleProblem& problem, const BundleSolution& solution) {
   std::vector<double> sums(problem.points.size(), 0), worst(problem.points.size(), 0);
   std::vector<int> counts(problem.points.size(), 0);
-  std::vector<Pose<Cam, Map>> cam_from_map;
+  IdVector<BundleKeyframeIndex, Pose<Cam, Map>> cam_from_map;
   for (const BundleKeyframe& k : solution.keyframes) {
     cam_from_map.push_back(k.map_from_cam.inverse());
   }
   for (const BundleObservation& o : problem.observations) {
-    const auto n = static_cast<size_t>(o.point_index);
-    const Vector3d p =
-        cam_from_map[static_cast<size_t>(o.keyframe_index)] * solution.points[n].position_in_map;
+    const size_t n = o.point.index();
+    const Vector3d p = cam_from_map[o.keyframe] * solution.points[o.point].position_in_map;
     const double error_px =
         p.z() > 0 ? o.scale_px * (p.head<2>() / p.z() - o.xy).norm() : kBehind_px;
     worst[n] = std::max(worst[n], error_px);
@@ -213,7 +211,7 @@ std::optional<TwoViewSolution> Solver::refine(const Pose<Cam, Cam>& second_from_
   refined.cost = trimmed_cost(costs);
   std::vector<double> parallax;
   for (size_t n = 0; n < adjusted.points.size(); ++n) {
-    const Vector3d& p = adjusted.points[n].position_in_map;
+    const Vector3d& p = adjusted.points[BundlePointIndex::at(n)].position_in_map;
     if (costs[n] >= kLimit_px * kLimit_px || p.z() <= 0) continue;
     refined.tracks.push_back(start.tracks[n]);
     refined.points.push_back(p);

@@ -19,8 +19,8 @@ constexpr double kRedundant = 0.9;  // share of points that three others see
 constexpr double kCovered = 0.8;    // share of points that are covered without it
 constexpr int kLookedAt = 20;       // keyframes, after each new one
 
-std::vector<int32_t> that_may_go(const SlamMap& map) {
-  std::vector<int32_t> ids;
+std::vector<KeyframeId> that_may_go(const SlamMap& map) {
+  std::vector<KeyframeId> ids;
   for (const auto& [id, k] : map.keyframes()) ids.push_back(id);
   if (ids.size() < kKeptKeyframes) return {};
   ids.resize(ids.size() - kUnculledNewest);
@@ -44,24 +44,25 @@ bool stands_close(const SlamMap& map, const Keyframe& keyframe, double distance_
 double redundant_share(const SlamMap& map, const Keyframe& keyframe) {
   if (keyframe.point_ids.empty()) return 1;
   int redundant = 0;
-  for (const int32_t id : keyframe.point_ids) {
+  for (const PointId id : keyframe.point_ids) {
     if (map.point(id)->observations.size() > 3) ++redundant;
   }
   return static_cast<double>(redundant) / static_cast<double>(keyframe.point_ids.size());
 }
 
 // With the newest keyframe, which changed how much of them is covered.
-std::set<int32_t> those_that_share_most(const SlamMap& map) {
+std::set<KeyframeId> those_that_share_most(const SlamMap& map) {
   if (map.keyframes().size() <= kThriftyKeyframes) return {};
-  const std::map<int32_t, int> shared = shared_point_counts(map, map.newest_keyframe().point_ids);
-  const std::vector<int32_t> ids = first_few(by_count(shared), kLookedAt);
+  const std::map<KeyframeId, int> shared =
+      shared_point_counts(map, map.newest_keyframe().point_ids);
+  const std::vector<KeyframeId> ids = first_few(by_count(shared), kLookedAt);
   return {ids.begin(), ids.end()};
 }
 
 // What would be lost: a point counts the less the more keyframes see it.
 double need_of(const SlamMap& map, const Keyframe& keyframe) {
   double need = 0;
-  for (const int32_t id : keyframe.point_ids) {
+  for (const PointId id : keyframe.point_ids) {
     need += 1 / static_cast<double>(map.point(id)->observations.size());
   }
   return need;
@@ -69,12 +70,12 @@ double need_of(const SlamMap& map, const Keyframe& keyframe) {
 
 }  // namespace
 
-std::optional<int32_t> superfluous_keyframe(const SlamMap& map, const SlamOptions& options) {
-  const std::vector<int32_t> ids = that_may_go(map);
+std::optional<KeyframeId> superfluous_keyframe(const SlamMap& map, const SlamOptions& options) {
+  const std::vector<KeyframeId> ids = that_may_go(map);
   if (ids.empty()) return std::nullopt;
-  const std::set<int32_t> perhaps_covered = those_that_share_most(map);
+  const std::set<KeyframeId> perhaps_covered = those_that_share_most(map);
   const ViewCoverage coverage(map);
-  for (const int32_t id : ids) {
+  for (const KeyframeId id : ids) {
     const Keyframe& keyframe = *map.keyframe(id);
     const bool crowded = stands_close(map, keyframe, kCrowded * options.keyframe_baseline) &&
                          redundant_share(map, keyframe) >= kRedundant;
@@ -84,10 +85,10 @@ std::optional<int32_t> superfluous_keyframe(const SlamMap& map, const SlamOption
   return std::nullopt;
 }
 
-std::optional<int32_t> least_needed_keyframe(const SlamMap& map) {
-  std::optional<int32_t> least_needed;
+std::optional<KeyframeId> least_needed_keyframe(const SlamMap& map) {
+  std::optional<KeyframeId> least_needed;
   double least = std::numeric_limits<double>::infinity();
-  for (const int32_t id : that_may_go(map)) {
+  for (const KeyframeId id : that_may_go(map)) {
     const double need = need_of(map, *map.keyframe(id));
     if (need >= least) continue;
     least = need;

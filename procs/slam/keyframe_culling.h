@@ -14,9 +14,9 @@ namespace foresight::slam {
 /// After a keyframe has come: the oldest one that others make superfluous. Either it stands in a
 /// crowd and three others see its points, or those that see what the newest one sees cover its
 /// points (view_coverage.h).
-std::optional<int32_t> superfluous_keyframe(const SlamMap& map, const SlamOptions& options);
+std::optional<KeyframeId> superfluous_keyframe(const SlamMap& map, const SlamOptions& options);
 
 /// The one whose points have the most other observers; none if only those are left that stay.
-std::optional<int32_t> least_needed_keyframe(const SlamMap& map);
+std::optional<KeyframeId> least_needed_keyframe(const SlamMap& map);
 
 }  // namespace foresight::slam

@@ -15,7 +15,7 @@ constexpr size_t kYoungKeyframes = 16;  // so far images may show that the camer
 
 }  // namespace
 
-void Agenda::note_keyframe(int32_t id, const SlamOptions& options) {
+void Agenda::note_keyframe(KeyframeId id, const SlamOptions& options) {
   adjust_newest = true;
   if (options.close_loops) unlooped.push_back(id);
   --keyframes_to_check;

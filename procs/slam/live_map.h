@@ -30,13 +30,13 @@ namespace foresight::slam {
 /// What the slow work (mapping_tasks.h) has to do.
 struct Agenda {
   bool adjust_newest = false;          // keyframe and its neighbours
-  std::deque<int32_t> unlooped;        // keyframes that have not been compared with older ones
+  std::deque<KeyframeId> unlooped;     // keyframes that have not been compared with older ones
   std::optional<LoopClosure> closure;  // recognised, not yet solved
   int keyframes_since_all = 0;         // were adjusted
   bool adjust_all = false;             // a loop was closed
   int keyframes_to_check = 5;          // from now to the next check of the focal length
 
-  void note_keyframe(int32_t id, const SlamOptions& options);
+  void note_keyframe(KeyframeId id, const SlamOptions& options);
   void note_loop_closed();
 };
 

@@ -34,18 +34,18 @@ constexpr double kMaxRms_px = 1.5;
 constexpr double kHuber_px = 1.5, kOutlier_px = 3;
 constexpr int kIterations = 15;
 
-std::vector<int32_t> neighbours(const SlamMap& map, int32_t keyframe_id, size_t count,
-                                const std::set<int32_t>& excluded) {
-  const std::map<int32_t, int> shared =
+std::vector<KeyframeId> neighbours(const SlamMap& map, KeyframeId keyframe_id, size_t count,
+                                   const std::set<KeyframeId>& excluded) {
+  const std::map<KeyframeId, int> shared =
       shared_point_counts(map, map.keyframe(keyframe_id)->point_ids);
-  std::vector<std::pair<int, int32_t>> ranked;
+  std::vector<std::pair<int, KeyframeId>> ranked;
   for (const auto& [id, points] : shared) {
     if (id != keyframe_id && points >= kSharedPoints && !excluded.contains(id)) {
       ranked.emplace_back(-points, id);
     }
   }
   std::sort(ranked.begin(), ranked.end());
-  std::vector<int32_t> ids = {keyframe_id};
+  std::vector<KeyframeId> ids = {keyframe_id};
   for (const auto& [points, id] : ranked) {
     if (ids.size() < count) ids.push_back(id);
   }
@@ -53,9 +53,9 @@ std::vector<int32_t> neighbours(const SlamMap& map, int32_t keyframe_id, size_t 
 }
 
 // All that share points with one of these.
-std::set<int32_t> connected(const SlamMap& map, const std::vector<int32_t>& keyframe_ids) {
-  std::set<int32_t> ids;
-  for (const int32_t of : keyframe_ids) {
+std::set<KeyframeId> connected(const SlamMap& map, const std::vector<KeyframeId>& keyframe_ids) {
+  std::set<KeyframeId> ids;
+  for (const KeyframeId of : keyframe_ids) {
     for (const auto& [id, points] : shared_point_counts(map, map.keyframe(of)->point_ids)) {
       if (points >= kSharedPoints) ids.insert(id);
     }
@@ -64,21 +64,22 @@ std::set<int32_t> connected(const SlamMap& map, const std::vector<int32_t>& keyf
 }
 
 // These keyframes, what they see, and the images that the points' patches are from.
-SlamMap part_of(const SlamMap& map, const std::set<int32_t>& keyframe_ids) {
-  std::set<int32_t> point_ids, needed = keyframe_ids;
-  for (const int32_t id : keyframe_ids) {
-    for (const int32_t point_id : map.keyframe(id)->point_ids) {
+SlamMap part_of(const SlamMap& map, const std::set<KeyframeId>& keyframe_ids) {
+  std::set<PointId> point_ids;
+  std::set<KeyframeId> needed = keyframe_ids;
+  for (const KeyframeId id : keyframe_ids) {
+    for (const PointId point_id : map.keyframe(id)->point_ids) {
       point_ids.insert(point_id);
       needed.insert(map.point(point_id)->source.keyframe_id);
     }
   }
   SlamMap part;
-  for (const int32_t id : needed) {
+  for (const KeyframeId id : needed) {
     Keyframe keyframe = *map.keyframe(id);
     keyframe.point_ids.clear();
     part.restore_keyframe(std::move(keyframe));
   }
-  for (const int32_t id : point_ids) {
+  for (const PointId id : point_ids) {
     Point point = *map.point(id);
     std::erase_if(point.observations,
                   [&](const Observation& o) { return !needed.contains(o.keyframe_id); });
@@ -88,11 +89,11 @@ SlamMap part_of(const SlamMap& map, const std::set<int32_t>& keyframe_ids) {
 }
 
 // The part of a map that these keyframes see and those do not.
-SlamMap seen_by_only(const SlamMap& map, const std::vector<int32_t>& keyframe_ids,
-                     const std::vector<int32_t>& others) {
+SlamMap seen_by_only(const SlamMap& map, const std::vector<KeyframeId>& keyframe_ids,
+                     const std::vector<KeyframeId>& others) {
   SlamMap part = part_of(map, {keyframe_ids.begin(), keyframe_ids.end()});
-  for (const int32_t id : others) {
-    for (const int32_t point_id : map.keyframe(id)->point_ids) {
+  for (const KeyframeId id : others) {
+    for (const PointId point_id : map.keyframe(id)->point_ids) {
       if (part.point(point_id) != nullptr) part.remove_point(point_id);
     }
   }
@@ -100,8 +101,8 @@ SlamMap seen_by_only(const SlamMap& map, const std::vector<int32_t>& keyframe_id
 }
 
 // Along the keyframes in the order in which they were made.
-double way_between(const SlamMap& map, int32_t older, int32_t newer) {
-  const std::map<int32_t, Keyframe>& all = map.keyframes();
+double way_between(const SlamMap& map, KeyframeId older, KeyframeId newer) {
+  const std::map<KeyframeId, Keyframe>& all = map.keyframes();
   double way = 0;
   for (auto k = all.find(older); k->first != newer; ++k) {
     const auto next = std::next(k);
@@ -234,7 +235,7 @@ class LoopCandidate {
   }
 
   void place_others() {
-    for (const int32_t id : search_.new_side) {
+    for (const KeyframeId id : search_.new_side) {
       if (id == search_.keyframe_id) continue;
       const Keyframe& keyframe = *search_.map.keyframe(id);
       const TrackingAttempt placed =
@@ -300,7 +301,7 @@ class LoopCandidate {
   const CameraModel& camera_;
   const SlamOptions& options_;
   const LoopSearch& search_;
-  std::vector<int32_t> old_side_;
+  std::vector<KeyframeId> old_side_;
   double way_;
   SlamMap old_;
   Similarity<Map, Map> old_from_new_;
@@ -311,7 +312,7 @@ class LoopCandidate {
 }  // namespace
 
 std::optional<LoopSearch> loop_search(const SlamMap& map, const PlaceIndex& places,
-                                      int32_t keyframe_id) {
+                                      KeyframeId keyframe_id) {
   const Keyframe* keyframe = map.keyframe(keyframe_id);
   if (keyframe == nullptr || !keyframe->features || map.keyframes().size() < kMinKeyframes) {
     return std::nullopt;
@@ -319,19 +320,19 @@ std::optional<LoopSearch> loop_search(const SlamMap& map, const PlaceIndex& plac
   LoopSearch search;
   search.keyframe_id = keyframe_id;
   search.new_side = neighbours(map, keyframe_id, kSideKeyframes, {});
-  const std::set<int32_t> near = connected(map, search.new_side);
-  const std::set<int32_t> own_side(search.new_side.begin(), search.new_side.end());
-  std::set<int32_t> ids = own_side;
+  const std::set<KeyframeId> near = connected(map, search.new_side);
+  const std::set<KeyframeId> own_side(search.new_side.begin(), search.new_side.end());
+  std::set<KeyframeId> ids = own_side;
   double least_similar = -1;  // of the new side
   const std::vector<PlaceIndex::Ranked> ranked = places.rank(*keyframe->features);
   for (const PlaceIndex::Ranked& r : ranked) {
     if (r.keyframe_id != keyframe_id && own_side.contains(r.keyframe_id)) least_similar = r.votes;
   }
-  std::set<int32_t> taken = near;
+  std::set<KeyframeId> taken = near;
   for (const PlaceIndex::Ranked& r : ranked) {
     if (r.votes < kAsSimilar * least_similar || search.old_sides.size() == kCandidates) break;
     if (taken.contains(r.keyframe_id) || r.keyframe_id > keyframe_id) continue;
-    const std::vector<int32_t> side = neighbours(map, r.keyframe_id, kSideKeyframes, near);
+    const std::vector<KeyframeId> side = neighbours(map, r.keyframe_id, kSideKeyframes, near);
     search.old_sides.push_back({side, way_between(map, r.keyframe_id, keyframe_id)});
     taken.insert(side.begin(), side.end());
     ids.insert(side.begin(), side.end());

@@ -26,11 +26,11 @@ namespace foresight::slam {
 
 /// Work for the worker: it owns what it needs (images and features are shared and never change).
 struct LoopSearch {
-  int32_t keyframe_id = 0;
-  std::vector<int32_t> new_side;  // that keyframe first, then its neighbours
+  KeyframeId keyframe_id;
+  std::vector<KeyframeId> new_side;  // that keyframe first, then its neighbours
   struct OldSide {
-    std::vector<int32_t> keyframe_ids;  // a similar keyframe, then its neighbours
-    double way = 0;                     // from there to here, along the keyframes; mu
+    std::vector<KeyframeId> keyframe_ids;  // a similar keyframe, then its neighbours
+    double way = 0;                        // from there to here, along the keyframes; mu
   };
   std::vector<OldSide> old_sides;
   SlamMap map;  // of all these keyframes and their points
@@ -38,14 +38,14 @@ struct LoopSearch {
 
 /// A point of the old side, seen by a keyframe of the new one.
 struct LoopObservation {
-  int32_t point_id = 0;
+  PointId point_id;
   Observation observation;
 };
 
 struct LoopClosure {
-  int32_t keyframe_id = 0;        // of the new side
-  std::vector<int32_t> new_side;  // of its keyframes, those that were placed
-  std::vector<int32_t> old_side;
+  KeyframeId keyframe_id;            // of the new side
+  std::vector<KeyframeId> new_side;  // of its keyframes, those that were placed
+  std::vector<KeyframeId> old_side;
   Similarity<Map, Map> old_from_new;  // where the new side's geometry belongs
   std::vector<LoopObservation> observations;
   double rms_px = 0;
@@ -54,7 +54,7 @@ struct LoopClosure {
 /// Keyframes that look like this one though they share none of its points. Nothing if there is
 /// none, or if its features have not been detected. Cheap.
 std::optional<LoopSearch> loop_search(const SlamMap& map, const PlaceIndex& places,
-                                      int32_t keyframe_id);
+                                      KeyframeId keyframe_id);
 
 /// Pure; about 20 ms for each old side.
 std::optional<LoopClosure> find_loop(const CameraModel& camera, const SlamOptions& options,

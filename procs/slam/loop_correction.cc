@@ -23,29 +23,29 @@ class Builder {
  public:
   Builder(const SlamMap& map, PoseGraph* graph) : map_(map), graph_(*graph) {
     for (const auto& [id, keyframe] : map.keyframes()) {
-      index_[id] = static_cast<int32_t>(graph_.vertices.size());
-      graph_.vertices.push_back(
+      index_[id] = graph_.vertices.push_back(
           {id, rigid(keyframe.map_from_cam), keyframe.median_depth, graph_.vertices.empty()});
     }
   }
 
   // To all older keyframes with many points in common; to the closest one at least.
-  void link_to_older(int32_t id) {
-    const std::map<int32_t, int> shared = shared_point_counts(map_, map_.keyframe(id)->point_ids);
-    std::pair<int, int32_t> best{0, -1};
+  void link_to_older(KeyframeId id) {
+    const std::map<KeyframeId, int> shared =
+        shared_point_counts(map_, map_.keyframe(id)->point_ids);
+    std::pair<int, KeyframeId> best{0, KeyframeId()};
     for (const auto& [other, points] : shared) {
       if (other >= id) break;
       if (points >= kStrongLink) add(other, id, points);
       best = std::max(best, {points, other});
     }
     if (best.first >= kStrongLink) return;
-    if (best.second < 0 && index_.at(id) > 0) {
-      best = {1, graph_.vertices[static_cast<size_t>(index_.at(id)) - 1].id};
+    if (!best.second.is_valid() && index_.at(id) > VertexId(0)) {
+      best = {1, graph_.vertices[VertexId(index_.at(id).value() - 1)].id};
     }
-    if (best.second >= 0) add(best.second, id, best.first);
+    if (best.second.is_valid()) add(best.second, id, best.first);
   }
 
-  void link_loop(int32_t new_id, int32_t old_id, const Similarity<Map, Map>& old_from_new) {
+  void link_loop(KeyframeId new_id, KeyframeId old_id, const Similarity<Map, Map>& old_from_new) {
     if (!index_.contains(new_id) || !index_.contains(old_id)) return;
     const Similarity<Cam, Cam> old_from_new_cam =
         vertex(old_id).cam_from_map * old_from_new * vertex(new_id).cam_from_map.inverse();
@@ -53,17 +53,15 @@ class Builder {
   }
 
  private:
-  const PoseGraphVertex& vertex(int32_t id) const {
-    return graph_.vertices[static_cast<size_t>(index_.at(id))];
-  }
-  void add(int32_t a, int32_t b, double weight) {
+  const PoseGraphVertex& vertex(KeyframeId id) const { return graph_.vertices[index_.at(id)]; }
+  void add(KeyframeId a, KeyframeId b, double weight) {
     const Similarity<Cam, Cam> b_from_a = vertex(b).cam_from_map * vertex(a).cam_from_map.inverse();
     graph_.edges.push_back({index_.at(a), index_.at(b), b_from_a, weight});
   }
 
   const SlamMap& map_;
   PoseGraph& graph_;
-  std::map<int32_t, int32_t> index_;
+  std::map<KeyframeId, VertexId> index_;
 };
 
 bool at_same_depth(const Keyframe& keyframe, const Point& a, const Point& b) {
@@ -79,8 +77,8 @@ PoseGraph pose_graph_of(const SlamMap& map, const LoopClosure& closure) {
   PoseGraph graph;
   Builder builder(map, &graph);
   for (const auto& [id, keyframe] : map.keyframes()) builder.link_to_older(id);
-  for (const int32_t new_id : closure.new_side) {
-    for (const int32_t old_id : closure.old_side) {
+  for (const KeyframeId new_id : closure.new_side) {
+    for (const KeyframeId old_id : closure.old_side) {
       builder.link_loop(new_id, old_id, closure.old_from_new);
     }
   }
@@ -90,7 +88,7 @@ PoseGraph pose_graph_of(const SlamMap& map, const LoopClosure& closure) {
 MapCorrection correction_by(const PoseGraph& before, const PoseGraph& solved, const SlamMap& map) {
   FORESIGHT_CHECK(before.vertices.size() == solved.vertices.size() && !before.vertices.empty());
   MapCorrection known;
-  for (size_t i = 0; i < before.vertices.size(); ++i) {
+  for (const VertexId i : before.vertices.ids()) {
     known[before.vertices[i].id] =
         solved.vertices[i].cam_from_map.inverse() * before.vertices[i].cam_from_map;
   }
@@ -107,7 +105,7 @@ void correct_map(const MapCorrection& correction, SlamMap* map) {
     map->move_keyframe(id, new_from_old * map->keyframe(id)->map_from_cam);
     map->scale_depth(id, new_from_old.scale());
   }
-  std::vector<std::pair<int32_t, Eigen::Vector3d>> moved;
+  std::vector<std::pair<PointId, Eigen::Vector3d>> moved;
   for (const auto& [id, point] : map->points()) {
     moved.emplace_back(id, correction.at(point.source.keyframe_id) * point.position_in_map);
   }

@@ -18,7 +18,7 @@ PoseGraph pose_graph_of(const SlamMap& map, const LoopClosure& closure);
 
 /// How the map moves around each of its keyframes. Keyframes that the graph does not know (made
 /// meanwhile) go with the newest that it does.
-using MapCorrection = std::map<int32_t, Similarity<Map, Map>>;
+using MapCorrection = std::map<KeyframeId, Similarity<Map, Map>>;
 MapCorrection correction_by(const PoseGraph& before, const PoseGraph& solved, const SlamMap& map);
 
 void correct_map(const MapCorrection& correction, SlamMap* map);

@@ -22,27 +22,26 @@ constexpr double kMisfitRatio = 2.5;      // rms error / the median point's
 constexpr double kMisfitFloor_px = 0.35;  // less is no misfit
 
 // By how much the scene around each keyframe grew: median of its points' depths, new / old.
-std::vector<double> depth_growth(const BundleProblem& problem, const BundleSolution& solution) {
+IdVector<BundleKeyframeIndex, double> depth_growth(const BundleProblem& problem,
+                                                   const BundleSolution& solution) {
   const auto depth = [](const BundleKeyframe& k, const BundlePoint& p) {
     return (k.map_from_cam.inverse() * p.position_in_map).z();
   };
-  std::vector<std::vector<double>> ratios(problem.keyframes.size());
+  IdVector<BundleKeyframeIndex, std::vector<double>> ratios(problem.keyframes.size());
   for (const BundleObservation& o : problem.observations) {
-    const auto k = static_cast<size_t>(o.keyframe_index), p = static_cast<size_t>(o.point_index);
-    const double before = depth(problem.keyframes[k], problem.points[p]);
-    const double after = depth(solution.keyframes[k], solution.points[p]);
-    if (before > 0 && after > 0) ratios[k].push_back(after / before);
+    const double before = depth(problem.keyframes[o.keyframe], problem.points[o.point]);
+    const double after = depth(solution.keyframes[o.keyframe], solution.points[o.point]);
+    if (before > 0 && after > 0) ratios[o.keyframe].push_back(after / before);
   }
-  std::vector<double> growth;
+  IdVector<BundleKeyframeIndex, double> growth;
   for (std::vector<double>& of_keyframe : ratios) growth.push_back(median(of_keyframe, 1));
   return growth;
 }
 
 // A point and those of its observations whose keyframes are in the problem, at these indices.
-void add_point(const Point& point, const std::map<int32_t, int32_t>& index,
+void add_point(const Point& point, const std::map<KeyframeId, BundleKeyframeIndex>& index,
                BundleProblem* problem) {
-  const auto point_index = static_cast<int32_t>(problem->points.size());
-  problem->points.push_back({point.id, point.position_in_map});
+  const BundlePointIndex point_index = problem->points.push_back({point.id, point.position_in_map});
   for (const Observation& o : point.observations) {
     const auto it = index.find(o.keyframe_id);
     if (it == index.end()) continue;
@@ -52,14 +51,14 @@ void add_point(const Point& point, const std::map<int32_t, int32_t>& index,
 
 // Points that many keyframes see, but none exactly there: patches across an object's outline, or
 // things that move. The camera's own noise is the yardstick.
-std::vector<int32_t> misfits(const BundleSolution& solution) {
+std::vector<PointId> misfits(const BundleSolution& solution) {
   std::vector<double> errors;
   for (const BundleSolution::Fit& fit : solution.fits) {
     if (fit.observations >= kMisfitObservations) errors.push_back(fit.rms_px);
   }
   const double limit = std::max(kMisfitFloor_px, kMisfitRatio * median(std::move(errors)));
-  std::vector<int32_t> ids;
-  for (size_t i = 0; i < solution.fits.size(); ++i) {
+  std::vector<PointId> ids;
+  for (const BundlePointIndex i : solution.fits.ids()) {
     const BundleSolution::Fit& fit = solution.fits[i];
     if (fit.observations >= kMisfitObservations && fit.rms_px > limit) {
       ids.push_back(solution.points[i].id);
@@ -68,19 +67,19 @@ std::vector<int32_t> misfits(const BundleSolution& solution) {
   return ids;
 }
 
-std::vector<int32_t> bundle_window(const SlamMap& map, const SlamOptions& options) {
+std::vector<KeyframeId> bundle_window(const SlamMap& map, const SlamOptions& options) {
   const Keyframe& newest = map.newest_keyframe();
-  std::map<int32_t, int> shared = shared_point_counts(map, newest.point_ids);
+  std::map<KeyframeId, int> shared = shared_point_counts(map, newest.point_ids);
   shared[newest.id] = std::numeric_limits<int>::max();
-  std::vector<int32_t> window = first_few(by_count(shared), options.bundle_keyframes);
+  std::vector<KeyframeId> window = first_few(by_count(shared), options.bundle_keyframes);
   std::sort(window.begin(), window.end());
   return window;
 }
 
 void carry_other_points(const BundleSolution& solution, const MapCorrection& moved, SlamMap* map) {
-  std::set<int32_t> adjusted;
+  std::set<PointId> adjusted;
   for (const BundlePoint& p : solution.points) adjusted.insert(p.id);
-  std::vector<std::pair<int32_t, Vector3d>> carried;
+  std::vector<std::pair<PointId, Vector3d>> carried;
   for (const auto& [id, point] : map->points()) {
     const auto it = moved.find(point.source.keyframe_id);
     if (it == moved.end() || adjusted.contains(id)) continue;
@@ -90,12 +89,10 @@ void carry_other_points(const BundleSolution& solution, const MapCorrection& mov
 }
 
 void remove_outliers(const BundleProblem& problem, const BundleSolution& solution, SlamMap* map) {
-  std::set<int32_t> doomed;
-  for (const int32_t o : solution.outliers) {
-    const BundleObservation& observation = problem.observations[static_cast<size_t>(o)];
-    const int32_t point_id = problem.points[static_cast<size_t>(observation.point_index)].id;
-    const int32_t keyframe_id =
-        problem.keyframes[static_cast<size_t>(observation.keyframe_index)].id;
+  std::set<PointId> doomed;
+  for (const BundleObservation& observation : solution.outliers) {
+    const PointId point_id = problem.points[observation.point].id;
+    const KeyframeId keyframe_id = problem.keyframes[observation.keyframe].id;
     const Point* point = map->point(point_id);
     if (point == nullptr) continue;
     map->remove_observation(point_id, keyframe_id);
@@ -106,55 +103,53 @@ void remove_outliers(const BundleProblem& problem, const BundleSolution& solutio
       doomed.insert(point_id);
     }
   }
-  for (const int32_t id : misfits(solution)) {
+  for (const PointId id : misfits(solution)) {
     if (map->point(id) != nullptr) doomed.insert(id);
   }
-  for (const int32_t id : doomed) map->remove_point(id);
+  for (const PointId id : doomed) map->remove_point(id);
 }
 
 }  // namespace
 
 BundleProblem bundle_problem(const SlamMap& map, const SlamOptions& options) {
-  const std::vector<int32_t> window = bundle_window(map, options);
-  std::set<int32_t> point_ids;
-  for (const int32_t id : window) {
-    for (const int32_t point_id : map.keyframe(id)->point_ids) {
+  const std::vector<KeyframeId> window = bundle_window(map, options);
+  std::set<PointId> point_ids;
+  for (const KeyframeId id : window) {
+    for (const PointId point_id : map.keyframe(id)->point_ids) {
       if (map.point(point_id)->observations.size() >= 2) point_ids.insert(point_id);
     }
   }
-  std::map<int32_t, int> outside = shared_point_counts(map, point_ids);
-  for (const int32_t id : window) outside.erase(id);
-  const std::vector<int32_t> fixed = first_few(by_count(outside), options.bundle_max_fixed);
+  std::map<KeyframeId, int> outside = shared_point_counts(map, point_ids);
+  for (const KeyframeId id : window) outside.erase(id);
+  const std::vector<KeyframeId> fixed = first_few(by_count(outside), options.bundle_max_fixed);
 
   BundleProblem problem;
   problem.max_iterations = options.bundle_iterations;
   problem.outlier_px = options.bundle_outlier_px;
-  std::map<int32_t, int32_t> index;
-  const auto add = [&](int32_t id, BundleRole role) {
-    index[id] = static_cast<int32_t>(problem.keyframes.size());
-    problem.keyframes.push_back({id, role, map.keyframe(id)->map_from_cam});
+  std::map<KeyframeId, BundleKeyframeIndex> index;
+  const auto add = [&](KeyframeId id, BundleRole role) {
+    index[id] = problem.keyframes.push_back({id, role, map.keyframe(id)->map_from_cam});
   };
-  for (const int32_t id : window) {
+  for (const KeyframeId id : window) {
     const bool anchor = fixed.empty() && id == window.front();
     add(id, anchor ? BundleRole::kFixed : BundleRole::kAdjusted);
   }
   problem.floats = fixed.empty();
-  for (const int32_t id : fixed) add(id, BundleRole::kFixed);
-  for (const int32_t id : point_ids) add_point(*map.point(id), index, &problem);
+  for (const KeyframeId id : fixed) add(id, BundleRole::kFixed);
+  for (const PointId id : point_ids) add_point(*map.point(id), index, &problem);
   return problem;
 }
 
 BundleProblem focal_problem(const SlamMap& map, const SlamOptions& options) {
-  std::map<int32_t, int32_t> index;
+  std::map<KeyframeId, BundleKeyframeIndex> index;
   BundleProblem problem;
   problem.max_iterations = kFocalIterations;
   const size_t stride = (map.keyframes().size() + kFocalKeyframes - 1) / kFocalKeyframes;
   size_t n = 0;
   for (const auto& [id, k] : map.keyframes()) {
     if (n++ % stride != 0) continue;
-    index[id] = static_cast<int32_t>(problem.keyframes.size());
-    const BundleRole role = index.size() == 1 ? BundleRole::kFixed : BundleRole::kAdjusted;
-    problem.keyframes.push_back({id, role, k.map_from_cam});
+    const BundleRole role = index.empty() ? BundleRole::kFixed : BundleRole::kAdjusted;
+    index[id] = problem.keyframes.push_back({id, role, k.map_from_cam});
   }
   std::vector<const Point*> candidates;
   for (const auto& [id, point] : map.points()) {
@@ -173,7 +168,7 @@ BundleProblem focal_problem(const SlamMap& map, const SlamOptions& options) {
 // Each keyframe is tied by the points that most others see too; not by all of its points, which
 // would cost several times as much.
 BundleProblem global_problem(const SlamMap& map, const SlamOptions& options) {
-  std::vector<std::pair<int, int32_t>> ranked;
+  std::vector<std::pair<int, PointId>> ranked;
   for (const auto& [id, point] : map.points()) {
     const auto seen = static_cast<int>(point.observations.size());
     if (seen >= options.point_confirm_keyframes) ranked.emplace_back(-seen, id);
@@ -183,11 +178,11 @@ BundleProblem global_problem(const SlamMap& map, const SlamOptions& options) {
   problem.max_iterations = kGlobalIterations;
   problem.floats = true;
   problem.outlier_px = options.bundle_outlier_px;
-  std::map<int32_t, int32_t> index, tied;  // by keyframe
+  std::map<KeyframeId, BundleKeyframeIndex> index;
+  std::map<KeyframeId, int> tied;
   for (const auto& [id, k] : map.keyframes()) {
     const BundleRole role = index.empty() ? BundleRole::kFixed : BundleRole::kAdjusted;
-    index[id] = static_cast<int32_t>(problem.keyframes.size());
-    problem.keyframes.push_back({id, role, k.map_from_cam});
+    index[id] = problem.keyframes.push_back({id, role, k.map_from_cam});
   }
   for (const auto& [rank, id] : ranked) {
     const Point& point = *map.point(id);
@@ -204,9 +199,9 @@ BundleProblem global_problem(const SlamMap& map, const SlamOptions& options) {
 MapCorrection apply_solution(const BundleProblem& problem, const BundleSolution& solution,
                              SlamMap* map) {
   if (!solution.usable) return {};
-  const std::vector<double> growth = depth_growth(problem, solution);
+  const IdVector<BundleKeyframeIndex, double> growth = depth_growth(problem, solution);
   MapCorrection moved;
-  for (size_t i = 0; i < solution.keyframes.size(); ++i) {
+  for (const BundleKeyframeIndex i : solution.keyframes.ids()) {
     const BundleKeyframe& k = solution.keyframes[i];
     const Keyframe* keyframe = map->keyframe(k.id);
     if (keyframe == nullptr || (k.role == BundleRole::kFixed && !problem.floats)) continue;

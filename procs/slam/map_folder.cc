@@ -25,9 +25,9 @@ constexpr int kMaxSide_px = 8192;
 constexpr Time kLatest{int64_t{1} << 53};  // the year 2255
 constexpr int32_t kMaxId = 1 << 24, kMaxCount = 1 << 30;
 
-std::string image_name(int32_t keyframe_id) {
+std::string image_name(KeyframeId keyframe_id) {
   char name[32];
-  std::snprintf(name, sizeof name, "%06d.png", keyframe_id);
+  std::snprintf(name, sizeof name, "%06d.png", keyframe_id.value());
   return name;
 }
 
@@ -47,11 +47,19 @@ void write_cameras(const CameraModel& c, const fs::path& path) {
   file.close();
 }
 
+template <class Tag>
+std::istream& read_id(std::istream& words, Id<Tag>* id) {
+  typename Id<Tag>::Value value = id->value();
+  words >> value;
+  *id = Id<Tag>(value);
+  return words;
+}
+
 struct Place {
-  int32_t point_id;
+  PointId point_id;
   Eigen::Vector2d pixel;
 };
-using PlacesPerKeyframe = std::map<int32_t, std::vector<Place>>;
+using PlacesPerKeyframe = std::map<KeyframeId, std::vector<Place>>;
 
 PlacesPerKeyframe places_of(const StoredMap& map) {
   PlacesPerKeyframe places;
@@ -72,13 +80,13 @@ void write_image_table(const StoredMap& map, const PlacesPerKeyframe& places,
     const Pose<Cam, Map> p = k.map_from_cam.inverse();
     const Eigen::Quaterniond& q = p.rotation();
     const Eigen::Vector3d& t = p.translation();
-    file.line(k.id + 1, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), 1, image_name(k.id));
+    file.line(k.id.next(), q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), 1, image_name(k.id));
     const auto it = places.find(k.id);
     if (it != places.end()) {
       const char* gap = "";
       for (const Place& place : it->second) {
         file << gap << place.pixel.x() + 0.5 << " " << place.pixel.y() + 0.5 << " "
-             << place.point_id + 1;
+             << place.point_id.next();
         gap = " ";
       }
     }
@@ -94,7 +102,7 @@ int gray_at(const cv::Mat& image, const Eigen::Vector2d& pixel) {
 }
 
 double mean_error_px(const StoredMap& map, const StoredMap::Point& point,
-                     const std::map<int32_t, const StoredMap::Keyframe*>& keyframes) {
+                     const std::map<KeyframeId, const StoredMap::Keyframe*>& keyframes) {
   double sum = 0;
   for (const StoredMap::Observation& o : point.observations) {
     const Eigen::Vector3d p =
@@ -105,9 +113,9 @@ double mean_error_px(const StoredMap& map, const StoredMap::Point& point,
 }
 
 void write_points(const StoredMap& map, const fs::path& path) {
-  std::map<int32_t, const StoredMap::Keyframe*> keyframes;
+  std::map<KeyframeId, const StoredMap::Keyframe*> keyframes;
   for (const StoredMap::Keyframe& k : map.keyframes) keyframes[k.id] = &k;
-  std::map<int32_t, int> next_index;  // into each image's POINTS2D
+  std::map<KeyframeId, int> next_index;  // into each image's POINTS2D
   FileWriter file(path);
   file.line("# POINT3D_ID X Y Z R G B ERROR TRACK[] as (IMAGE_ID, POINT2D_IDX)");
   for (const StoredMap::Point& p : map.points) {
@@ -118,10 +126,10 @@ void write_points(const StoredMap& map, const fs::path& path) {
       }
     }
     const Eigen::Vector3d& x = p.position_in_map;
-    file << p.id + 1 << " " << x.x() << " " << x.y() << " " << x.z() << " " << gray << " " << gray
-         << " " << gray << " " << mean_error_px(map, p, keyframes);
+    file << p.id.next() << " " << x.x() << " " << x.y() << " " << x.z() << " " << gray << " "
+         << gray << " " << gray << " " << mean_error_px(map, p, keyframes);
     for (const StoredMap::Observation& o : p.observations) {
-      file << " " << o.keyframe_id + 1 << " " << next_index[o.keyframe_id]++;
+      file << " " << o.keyframe_id.next() << " " << next_index[o.keyframe_id]++;
     }
     file << "\n";
   }
@@ -272,11 +280,11 @@ class Reader {
     StoredMap::Keyframe k;
     Eigen::Quaterniond q;
     Eigen::Vector3d t;
-    words >> k.id >> k.time.us >> k.median_depth >> q.w() >> q.x() >> q.y() >> q.z() >> t.x() >>
-        t.y() >> t.z();
-    if (words.fail() || k.id < 0 || k.id > kMaxId || k.time < Time{} || k.time > kLatest ||
-        !q.coeffs().allFinite() || std::abs(q.norm() - 1) > 1e-6 || !t.allFinite() ||
-        !(k.median_depth > 0)) {
+    read_id(words, &k.id) >> k.time.us >> k.median_depth >> q.w() >> q.x() >> q.y() >> q.z() >>
+        t.x() >> t.y() >> t.z();
+    if (words.fail() || !k.id.is_valid() || k.id.value() > kMaxId || k.time < Time{} ||
+        k.time > kLatest || !q.coeffs().allFinite() || std::abs(q.norm() - 1) > 1e-6 ||
+        !t.allFinite() || !(k.median_depth > 0)) {
       fail("the keyframe makes no sense");
     }
     if (!map_.keyframes.empty() && k.id <= map_.keyframes.back().id) fail("ids must increase");
@@ -293,19 +301,21 @@ class Reader {
     StoredMap::Point p;
     size_t count = 0;
     Eigen::Vector3d& x = p.position_in_map;
-    words >> p.id >> x.x() >> x.y() >> x.z() >> p.source_keyframe_id >> p.confirmed >>
-        p.predicted_count >> p.found_count >> p.outlier_count >> p.born_keyframe_id >> count;
-    const bool sane = p.id >= 0 && p.id <= kMaxId && x.allFinite() && count <= known_.size() &&
-                      p.found_count >= 0 && p.found_count <= p.predicted_count &&
-                      p.predicted_count <= kMaxCount && p.outlier_count >= 0 &&
-                      p.outlier_count <= kMaxCount && p.born_keyframe_id >= 0 &&
-                      p.born_keyframe_id <= kMaxId;
+    read_id(words, &p.id) >> x.x() >> x.y() >> x.z();
+    read_id(words, &p.source_keyframe_id) >> p.confirmed >> p.predicted_count >> p.found_count >>
+        p.outlier_count;
+    read_id(words, &p.born_keyframe_id) >> count;
+    const bool sane = p.id.is_valid() && p.id.value() <= kMaxId && x.allFinite() &&
+                      count <= known_.size() && p.found_count >= 0 &&
+                      p.found_count <= p.predicted_count && p.predicted_count <= kMaxCount &&
+                      p.outlier_count >= 0 && p.outlier_count <= kMaxCount &&
+                      p.born_keyframe_id.is_valid() && p.born_keyframe_id.value() <= kMaxId;
     if (words.fail() || !sane) fail("the point makes no sense");
     if (!map_.points.empty() && p.id <= map_.points.back().id) fail("ids must increase");
     bool has_source = false;
     for (size_t i = 0; i < count; ++i) {
       StoredMap::Observation o;
-      words >> o.keyframe_id >> o.level >> o.pixel.x() >> o.pixel.y();
+      read_id(words, &o.keyframe_id) >> o.level >> o.pixel.x() >> o.pixel.y();
       if (words.fail() || !known_.contains(o.keyframe_id) || o.level < 0 || o.level > 3 ||
           !map_.camera.in_image(o.pixel) ||
           (i > 0 && o.keyframe_id <= p.observations.back().keyframe_id)) {
@@ -324,7 +334,7 @@ class Reader {
   int line_number_ = 0;
   StoredMap map_;
   bool has_camera_ = false;
-  std::set<int32_t> known_;
+  std::set<KeyframeId> known_;
 };
 
 }  // namespace
@@ -335,9 +345,9 @@ IsOwn own_map_files(const fs::path& folder) {
   const bool is_map = std::getline(file, line) && line == kExtraHeader;
   std::set<std::string> images;
   while (is_map && std::getline(file, line)) {
-    int32_t id = -1;
+    KeyframeId id;
     std::istringstream words(line);
-    if (words >> kind && kind == "keyframe" && words >> id) images.insert(image_name(id));
+    if (words >> kind && kind == "keyframe" && read_id(words, &id)) images.insert(image_name(id));
   }
   const bool is_part = folder.filename().string().starts_with(".");
   return [is_map, is_part, images](const fs::path& relative, bool is_folder) {

@@ -36,7 +36,7 @@ IsOwn own_map_files(const std::filesystem::path& folder);
 /// and time name its image.
 struct WrittenImages {
   std::string folder;
-  std::map<int32_t, Time> times;  // by keyframe
+  std::map<KeyframeId, Time> times;  // by keyframe
 };
 WrittenImages written_images(const StoredMap& map, const std::string& folder);
 

@@ -86,26 +86,28 @@ Mapper::Mapper(const CameraModel& camera, const SlamOptions& options)
 void Mapper::begin(const InitialMap& initial, SlamMap* map) {
   FORESIGHT_CHECK(map->empty());
   seeds_.clear();
-  for (const InitialMap::View* view : {&initial.first, &initial.second}) {
+  const auto add = [&](const InitialMap::View& view) {
     Keyframe keyframe;
-    keyframe.time = view->time;
-    keyframe.map_from_cam = view->map_from_cam;
-    keyframe.pyramid = view->pyramid;
-    keyframe.thumbnail = make_thumbnail(view->pyramid);
-    map->add_keyframe(std::move(keyframe));
-  }
+    keyframe.time = view.time;
+    keyframe.map_from_cam = view.map_from_cam;
+    keyframe.pyramid = view.pyramid;
+    keyframe.thumbnail = make_thumbnail(view.pyramid);
+    return map->add_keyframe(std::move(keyframe));
+  };
+  const KeyframeId first = add(initial.first);
+  const KeyframeId second = add(initial.second);
   for (const InitialMap::PointInit& p : initial.points) {
-    const auto corner = make_corner(camera_, 0, p.corner);
+    const auto corner = make_corner(camera_, first, p.corner);
     if (!corner) continue;
-    const int32_t id = map->add_point(p.position_in_map, *corner);
+    const PointId id = map->add_point(p.position_in_map, *corner);
     map->add_observation(id, second_observation(*map, id, p.second_pixel));
   }
-  unseeded_ = {0, 1};
+  unseeded_ = {first, second};
 }
 
 // Where the second keyframe sees a point of the first map: its patch is found there as in any image
 // to come, so that observations agree; the followed corner's place, which drifts a little, if not.
-Observation Mapper::second_observation(const SlamMap& map, int32_t point_id,
+Observation Mapper::second_observation(const SlamMap& map, PointId point_id,
                                        const Vector2d& followed_px) const {
   const Keyframe& second = map.newest_keyframe();
   const PointFinder finder(camera_, map, second.pyramid, second.map_from_cam);
@@ -127,11 +129,11 @@ bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt
   const double interval_s = (time - map.newest_keyframe().time).seconds();
   if (std::abs(interval_s) < options_.keyframe_min_interval_s) return false;
   if (tracking.quality < 0.4) return false;  // do not build on a doubtful pose
-  std::set<int32_t> found;
+  std::set<PointId> found;
   for (const PointMatch& m : tracking.inliers) found.insert(m.point_id);
-  const std::map<int32_t, int> shared = shared_point_counts(map, found);
+  const std::map<KeyframeId, int> shared = shared_point_counts(map, found);
   if (shared.empty()) return false;
-  const std::vector<int32_t> alike = first_few(by_count(shared), kAlikeKeyframes);
+  const std::vector<KeyframeId> alike = first_few(by_count(shared), kAlikeKeyframes);
   const Keyframe& reference = *map.keyframe(alike.front());
   const double depth =
       median_depth(map, tracking.map_from_cam, tracking.inliers, reference.median_depth);
@@ -141,14 +143,14 @@ bool Mapper::wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt
   if (!is_far && overlaps(map, finder, reference)) return false;
   if (!is_covered(map, tracking)) return true;
   return std::none_of(alike.begin(), alike.end(),
-                      [&](int32_t id) { return overlaps(map, finder, *map.keyframe(id)); });
+                      [&](KeyframeId id) { return overlaps(map, finder, *map.keyframe(id)); });
 }
 
 // Whether most of a keyframe's points are in view.
 bool Mapper::overlaps(const SlamMap& map, const PointFinder& finder,
                       const Keyframe& keyframe) const {
   int visible = 0;
-  for (const int32_t id : keyframe.point_ids) {
+  for (const PointId id : keyframe.point_ids) {
     if (finder.predict(*map.point(id))) ++visible;
   }
   return visible >= options_.keyframe_min_overlap * static_cast<double>(keyframe.point_ids.size());
@@ -165,7 +167,8 @@ double Mapper::wanted_baseline(const SlamMap& map, double depth) const {
   return std::min(options_.keyframe_baseline, kYoungGrowth * longest / depth);
 }
 
-int32_t Mapper::insert_keyframe(const Frame& frame, const TrackingAttempt& tracking, SlamMap* map) {
+KeyframeId Mapper::insert_keyframe(const Frame& frame, const TrackingAttempt& tracking,
+                                   SlamMap* map) {
   Keyframe keyframe;
   keyframe.time = frame.time;
   keyframe.map_from_cam = tracking.map_from_cam;
@@ -178,14 +181,14 @@ int32_t Mapper::insert_keyframe(const Frame& frame, const TrackingAttempt& track
            camera_, *map, frame.pyramid, tracking.map_from_cam, tracking.searched, options_)) {
     matches.push_back(m);
   }
-  const int32_t id = map->add_keyframe(std::move(keyframe));
+  const KeyframeId id = map->add_keyframe(std::move(keyframe));
   for (PointMatch& m : matches) {
     m.observation.keyframe_id = id;
     map->add_observation(m.point_id, m.observation);
   }
   review_points(map);
   cull_keyframes(map);
-  seeds_.prune(id - kSeedKeyframes);
+  seeds_.prune(id, kSeedKeyframes);
   unseeded_.push_back(id);
   return id;
 }
@@ -193,23 +196,23 @@ int32_t Mapper::insert_keyframe(const Frame& frame, const TrackingAttempt& track
 void Mapper::grow(const Frame& frame, const Pose<Map, Cam>& map_from_cam, SlamMap* map) {
   seeds_.search(*map, frame.pyramid, map_from_cam, options_.max_seed_searches);
   make_points(map);
-  seeds_.prune(map->newest_keyframe().id - kSeedKeyframes);
+  seeds_.prune(map->newest_keyframe().id, kSeedKeyframes);
 }
 
 std::optional<SeedSearch> Mapper::take_seed_search(const SlamMap& map) {
   while (!unseeded_.empty()) {
-    const int32_t id = unseeded_.front();
+    const KeyframeId id = unseeded_.front();
     unseeded_.pop_front();
     if (map.keyframe(id) != nullptr) return seed_search(id, map);
   }
   return std::nullopt;
 }
 
-SeedSearch Mapper::seed_search(int32_t keyframe_id, const SlamMap& map) const {
+SeedSearch Mapper::seed_search(KeyframeId keyframe_id, const SlamMap& map) const {
   const Keyframe& keyframe = *map.keyframe(keyframe_id);
   OccupancyMask mask(camera_.width_px, camera_.height_px);
   const PointFinder finder(camera_, map, keyframe.pyramid, keyframe.map_from_cam);
-  for (const int32_t id : keyframe.point_ids) {
+  for (const PointId id : keyframe.point_ids) {
     const Point& point = *map.point(id);
     if (const auto view = finder.predict(point)) mask.add(view->pixel, kOccupied_px);
   }
@@ -223,24 +226,24 @@ SeedSearch Mapper::seed_search(int32_t keyframe_id, const SlamMap& map) const {
                     keyframe.median_depth,
                     std::move(mask),
                     {}};
-  std::map<int32_t, int> shared = shared_point_counts(map, keyframe.point_ids);
+  std::map<KeyframeId, int> shared = shared_point_counts(map, keyframe.point_ids);
   shared.erase(keyframe_id);
-  for (const int32_t id : first_few(by_count(shared), kSeedViews)) {
+  for (const KeyframeId id : first_few(by_count(shared), kSeedViews)) {
     search.others.push_back({map.keyframe(id)->pyramid, map.keyframe(id)->map_from_cam});
   }
   return search;
 }
 
-void Mapper::add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map) {
+void Mapper::add_seeds(KeyframeId keyframe_id, std::vector<Seed> seeds, SlamMap* map) {
   if (map->keyframe(keyframe_id) == nullptr) return;  // culled meanwhile
   seeds_.add(std::move(seeds));
   make_points(map);
 }
 
 void Mapper::make_points(SlamMap* map) {
-  std::map<int32_t, SourceView> sources;
+  std::map<KeyframeId, SourceView> sources;
   for (const Seed& seed : seeds_.take_mature()) {
-    const int32_t id = seed.corner.keyframe_id;
+    const KeyframeId id = seed.corner.keyframe_id;
     auto it = sources.find(id);
     if (it == sources.end()) it = sources.emplace(id, source_view(*map, id)).first;
     make_point(seed, &it->second, map);
@@ -248,15 +251,15 @@ void Mapper::make_points(SlamMap* map) {
 }
 
 // What new points of one keyframe need to know of it.
-Mapper::SourceView Mapper::source_view(const SlamMap& map, int32_t keyframe_id) const {
+Mapper::SourceView Mapper::source_view(const SlamMap& map, KeyframeId keyframe_id) const {
   SourceView view{{}, OccupancyMask(camera_.width_px, camera_.height_px)};
   const Keyframe& source = *map.keyframe(keyframe_id);
-  for (const int32_t id : source.point_ids) {
+  for (const PointId id : source.point_ids) {
     view.occupied.add(map.point(id)->observation_in(keyframe_id)->pixel, kDuplicate_px);
   }
-  std::map<int32_t, int> shared = shared_point_counts(map, source.point_ids);
+  std::map<KeyframeId, int> shared = shared_point_counts(map, source.point_ids);
   shared.erase(keyframe_id);
-  for (const int32_t id : first_few(by_count(shared), kVerifyKeyframes)) {
+  for (const KeyframeId id : first_few(by_count(shared), kVerifyKeyframes)) {
     const Keyframe& other = *map.keyframe(id);
     view.neighbours.emplace_back(id, PointFinder(camera_, map, other.pyramid, other.map_from_cam));
   }
@@ -268,7 +271,7 @@ void Mapper::make_point(const Seed& seed, SourceView* view, SlamMap* map) {
   view->occupied.add(seed.corner.pixel, kDuplicate_px);
   const Keyframe& source = *map->keyframe(seed.corner.keyframe_id);
   const Vector3d position = source.map_from_cam * (seed.corner.ray / seed.inverse_depth);
-  const int32_t point_id = map->add_point(position, seed.corner);
+  const PointId point_id = map->add_point(position, seed.corner);
   PointSearch search;
   search.min_zncc = options_.min_zncc;
   for (const auto& [id, finder] : view->neighbours) {
@@ -292,9 +295,9 @@ void Mapper::review_if_due(SlamMap* map) {
 
 // Probation: a point is confirmed when enough keyframes see it, and goes when it proves bad.
 void Mapper::review_points(SlamMap* map) {
-  const int32_t newest = map->newest_keyframe().id;
+  const KeyframeId newest = map->newest_keyframe().id;
   images_since_review_ = 0;
-  std::vector<int32_t> bad, good;
+  std::vector<PointId> bad, good;
   for (const auto& [id, p] : map->points()) {
     const auto seen = static_cast<int>(p.observations.size());
     const bool rarely_found = p.predicted_count >= 12 &&
@@ -302,7 +305,7 @@ void Mapper::review_points(SlamMap* map) {
     const bool hardly_known = p.predicted_count >= kManyPredictions &&
                               seen <= options_.point_confirm_keyframes &&
                               p.found_count < kHardlyFound * p.predicted_count;
-    const int age = newest - p.born_keyframe_id;
+    const int age = newest.value() - p.born_keyframe_id.value();
     const bool unconfirmed =
         !p.confirmed &&
         ((age >= 2 && seen < 2) || (age >= 4 && seen < options_.point_confirm_keyframes));
@@ -313,20 +316,20 @@ void Mapper::review_points(SlamMap* map) {
       good.push_back(id);
     }
   }
-  for (const int32_t id : bad) map->remove_point(id);
-  for (const int32_t id : good) map->confirm_point(id);
+  for (const PointId id : bad) map->remove_point(id);
+  for (const PointId id : good) map->confirm_point(id);
 }
 
 void Mapper::cull_keyframes(SlamMap* map) {
   for (int culled = 0; culled < kCulledAtOnce; ++culled) {
-    const std::optional<int32_t> id = superfluous_keyframe(*map, options_);
+    const std::optional<KeyframeId> id = superfluous_keyframe(*map, options_);
     if (!id) break;
     remove_keyframe(*id, map);
   }
   const double limit_bytes = 1e6 * options_.memory_limit_mb;
   for (int forgotten = 0; forgotten < kForgottenAtOnce; ++forgotten) {
     if (limit_bytes <= 0 || static_cast<double>(map->memory_bytes()) <= limit_bytes) return;
-    const std::optional<int32_t> id = least_needed_keyframe(*map);
+    const std::optional<KeyframeId> id = least_needed_keyframe(*map);
     if (!id) return;
     remove_keyframe(*id, map);
     ++forgotten_keyframes_;
@@ -334,12 +337,12 @@ void Mapper::cull_keyframes(SlamMap* map) {
 }
 
 // Points whose patch comes from it take one from another observer.
-void Mapper::remove_keyframe(int32_t id, SlamMap* map) {
-  std::vector<int32_t> orphans;
-  for (const int32_t point_id : map->keyframe(id)->point_ids) {
+void Mapper::remove_keyframe(KeyframeId id, SlamMap* map) {
+  std::vector<PointId> orphans;
+  for (const PointId point_id : map->keyframe(id)->point_ids) {
     if (map->point(point_id)->source.keyframe_id == id) orphans.push_back(point_id);
   }
-  for (const int32_t point_id : orphans) {
+  for (const PointId point_id : orphans) {
     std::optional<Corner> corner;
     for (const Observation& o : map->point(point_id)->observations) {
       if (o.keyframe_id == id || corner) continue;

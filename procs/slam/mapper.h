@@ -26,7 +26,7 @@ class Mapper {
   /// Fills an empty map.
   void begin(const InitialMap& initial, SlamMap* map);
   bool wants_keyframe(const SlamMap& map, Time time, const TrackingAttempt& tracking) const;
-  int32_t insert_keyframe(const Frame& frame, const TrackingAttempt& tracking, SlamMap* map);
+  KeyframeId insert_keyframe(const Frame& frame, const TrackingAttempt& tracking, SlamMap* map);
   /// Every placed image: searches seeds and turns mature ones into points.
   void grow(const Frame& frame, const Pose<Map, Cam>& map_from_cam, SlamMap* map);
 
@@ -34,7 +34,7 @@ class Mapper {
   void review_if_due(SlamMap* map);
   /// Work on a new keyframe, if there is some, for find_seeds().
   std::optional<SeedSearch> take_seed_search(const SlamMap& map);
-  void add_seeds(int32_t keyframe_id, std::vector<Seed> seeds, SlamMap* map);
+  void add_seeds(KeyframeId keyframe_id, std::vector<Seed> seeds, SlamMap* map);
   /// Because of the memory limit, since the map began.
   int forgotten_keyframes() const { return forgotten_keyframes_; }
 
@@ -45,22 +45,22 @@ class Mapper {
   void apply(const MapCorrection& correction, const LoopClosure& closure, SlamMap* map);
 
  private:
-  Observation second_observation(const SlamMap& map, int32_t point_id,
+  Observation second_observation(const SlamMap& map, PointId point_id,
                                  const Eigen::Vector2d& followed_px) const;
-  SeedSearch seed_search(int32_t keyframe_id, const SlamMap& map) const;
+  SeedSearch seed_search(KeyframeId keyframe_id, const SlamMap& map) const;
   /// A keyframe as the source of new points: where it has points, and who sees the same scene.
   struct SourceView {
-    std::vector<std::pair<int32_t, PointFinder>> neighbours;
+    std::vector<std::pair<KeyframeId, PointFinder>> neighbours;
     OccupancyMask occupied;
   };
-  SourceView source_view(const SlamMap& map, int32_t keyframe_id) const;
+  SourceView source_view(const SlamMap& map, KeyframeId keyframe_id) const;
   void make_points(SlamMap* map);
   void make_point(const Seed& seed, SourceView* view, SlamMap* map);
   void review_points(SlamMap* map);
   /// Removes those that add nothing, and over the memory limit those that add least.
   void cull_keyframes(SlamMap* map);
   bool overlaps(const SlamMap& map, const PointFinder& finder, const Keyframe& keyframe) const;
-  void remove_keyframe(int32_t id, SlamMap* map);
+  void remove_keyframe(KeyframeId id, SlamMap* map);
   double wanted_baseline(const SlamMap& map, double depth) const;
 
   CameraModel camera_;
@@ -68,7 +68,7 @@ class Mapper {
   DepthSeeds seeds_;
   int images_since_review_ = 0;
   int forgotten_keyframes_ = 0;
-  std::deque<int32_t> unseeded_;  // keyframes whose seeds have not been looked for
+  std::deque<KeyframeId> unseeded_;  // keyframes whose seeds have not been looked for
 };
 
 }  // namespace foresight::slam

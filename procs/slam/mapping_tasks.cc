@@ -65,7 +65,7 @@ class FindSeeds : public MappingTask {
   CameraModel camera_;
   SlamOptions options_;
   SeedSearch search_;
-  int32_t keyframe_id_ = 0;
+  KeyframeId keyframe_id_;
   std::vector<Seed> seeds_;
 };
 
@@ -102,7 +102,7 @@ class AdjustBundle : public MappingTask {
 /// Detects a keyframe's features.
 class DescribeKeyframe : public MappingTask {
  public:
-  DescribeKeyframe(int32_t id, ImagePyramid pyramid) : id_(id), pyramid_(std::move(pyramid)) {}
+  DescribeKeyframe(KeyframeId id, ImagePyramid pyramid) : id_(id), pyramid_(std::move(pyramid)) {}
   static TaskPointer take(Mapping* m) {
     const auto& keyframes = m->live.map.keyframes();
     for (auto k = keyframes.rbegin(); k != keyframes.rend(); ++k) {
@@ -121,7 +121,7 @@ class DescribeKeyframe : public MappingTask {
   }
 
  private:
-  int32_t id_;
+  KeyframeId id_;
   ImagePyramid pyramid_;
   std::shared_ptr<const Features> features_;
 };
@@ -132,10 +132,10 @@ class FindLoop : public MappingTask {
   FindLoop(const Mapping& m, LoopSearch search)
       : camera_(m.live.camera), options_(m.live.options), search_(std::move(search)) {}
   static TaskPointer take(Mapping* m) {
-    std::deque<int32_t>& unlooped = m->live.agenda.unlooped;
+    std::deque<KeyframeId>& unlooped = m->live.agenda.unlooped;
     if (!unlooped.empty()) m->live.places.follow(m->live.map);
     while (!unlooped.empty()) {
-      const int32_t id = unlooped.front();
+      const KeyframeId id = unlooped.front();
       unlooped.pop_front();
       if (auto search = loop_search(m->live.map, m->live.places, id)) {
         return std::make_unique<FindLoop>(*m, std::move(*search));

@@ -30,7 +30,7 @@ int PlaceIndex::bucket_of(int table, const uint8_t* descriptor) const {
   return bucket;
 }
 
-void PlaceIndex::add(int32_t keyframe_id, const std::shared_ptr<const Features>& features) {
+void PlaceIndex::add(KeyframeId keyframe_id, const std::shared_ptr<const Features>& features) {
   remove(keyframe_id);
   entries_[keyframe_id] = features;
   for (int row = 0; row < features->descriptors.rows; ++row) {
@@ -43,7 +43,7 @@ void PlaceIndex::add(int32_t keyframe_id, const std::shared_ptr<const Features>&
   }
 }
 
-void PlaceIndex::remove(int32_t keyframe_id) {
+void PlaceIndex::remove(KeyframeId keyframe_id) {
   const auto entry = entries_.find(keyframe_id);
   if (entry == entries_.end()) return;
   const cv::Mat& descriptors = entry->second->descriptors;
@@ -57,11 +57,11 @@ void PlaceIndex::remove(int32_t keyframe_id) {
 }
 
 void PlaceIndex::follow(const SlamMap& map) {
-  std::vector<int32_t> gone;
+  std::vector<KeyframeId> gone;
   for (const auto& [id, features] : entries_) {
     if (map.keyframe(id) == nullptr) gone.push_back(id);
   }
-  for (const int32_t id : gone) remove(id);
+  for (const KeyframeId id : gone) remove(id);
   for (const auto& [id, keyframe] : map.keyframes()) {
     if (keyframe.features && !contains(id)) add(id, keyframe.features);
   }
@@ -70,9 +70,8 @@ void PlaceIndex::follow(const SlamMap& map) {
 std::vector<PlaceIndex::Ranked> PlaceIndex::rank(const Features& image) const {
   if (entries_.empty()) return {};
   const auto count = static_cast<double>(entries_.size());
-  const size_t slots = static_cast<size_t>(entries_.rbegin()->first) + 1;
-  std::vector<double> votes(slots, 0), met(slots, 0);
-  std::vector<int32_t> met_ids;
+  IdVector<KeyframeId, double> votes(entries_.rbegin()->first.next().index()), met = votes;
+  std::vector<KeyframeId> met_ids;
   for (int row = 0; row < image.descriptors.rows; ++row) {
     met_ids.clear();
     for (int table = 0; table < kTables; ++table) {
@@ -80,19 +79,19 @@ std::vector<PlaceIndex::Ranked> PlaceIndex::rank(const Features& image) const {
       const Bucket& bucket = buckets_[static_cast<size_t>(table)][at];
       if (bucket.empty()) continue;
       const double rarity = std::log((count + 1) / static_cast<double>(bucket.size()));
-      for (const int32_t id : bucket) {
-        double& best = met[static_cast<size_t>(id)];
+      for (const KeyframeId id : bucket) {
+        double& best = met[id];
         if (best == 0) met_ids.push_back(id);
         best = std::max(best, rarity);
       }
     }
-    for (const int32_t id : met_ids) {
-      votes[static_cast<size_t>(id)] += std::exchange(met[static_cast<size_t>(id)], 0);
+    for (const KeyframeId id : met_ids) {
+      votes[id] += std::exchange(met[id], 0);
     }
   }
   std::vector<Ranked> ranked;
   for (const auto& [id, features] : entries_) {
-    const double vote = votes[static_cast<size_t>(id)];
+    const double vote = votes[id];
     if (vote == 0) continue;
     ranked.push_back({id, vote / std::sqrt(static_cast<double>(features->pixels.size()))});
   }

@@ -20,15 +20,15 @@ class PlaceIndex {
  public:
   PlaceIndex();
 
-  void add(int32_t keyframe_id, const std::shared_ptr<const Features>& features);
-  void remove(int32_t keyframe_id);
-  bool contains(int32_t keyframe_id) const { return entries_.contains(keyframe_id); }
+  void add(KeyframeId keyframe_id, const std::shared_ptr<const Features>& features);
+  void remove(KeyframeId keyframe_id);
+  bool contains(KeyframeId keyframe_id) const { return entries_.contains(keyframe_id); }
   size_t size() const { return entries_.size(); }
   /// Takes in the described keyframes of a map that it lacks, and drops those that are gone.
   void follow(const SlamMap& map);
 
   struct Ranked {
-    int32_t keyframe_id = 0;
+    KeyframeId keyframe_id;
     double votes = 0;  // comparable within one ranking
   };
   /// Keyframes by their votes, the most first; those without any are left out. About 1 ms with a
@@ -37,12 +37,12 @@ class PlaceIndex {
 
  private:
   static constexpr int kTables = 6, kBits = 14;
-  using Bucket = std::vector<int32_t>;  // keyframe ids, sorted, each once
+  using Bucket = std::vector<KeyframeId>;  // keyframe ids, sorted, each once
   int bucket_of(int table, const uint8_t* descriptor) const;
 
   std::array<std::array<uint8_t, kBits>, kTables> bits_;  // positions in a descriptor
   std::array<std::vector<Bucket>, kTables> buckets_;
-  std::map<int32_t, std::shared_ptr<const Features>> entries_;
+  std::map<KeyframeId, std::shared_ptr<const Features>> entries_;
 };
 
 }  // namespace foresight::slam

@@ -72,7 +72,7 @@ PointFinder::PointFinder(const CameraModel& camera, const SlamMap& map, const Im
       map_from_cam_(map_from_cam),
       cam_from_map_(map_from_cam.inverse()) {}
 
-const Pose<Cam, Cam>& PointFinder::view_from_keyframe(int32_t keyframe_id) const {
+const Pose<Cam, Cam>& PointFinder::view_from_keyframe(KeyframeId keyframe_id) const {
   const auto [it, is_new] = view_from_keyframe_.try_emplace(keyframe_id);
   if (is_new) it->second = cam_from_map_ * map_.keyframe(keyframe_id)->map_from_cam;
   return it->second;

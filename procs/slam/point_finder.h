@@ -28,7 +28,7 @@ std::optional<PatchView> view_corner(const CameraModel& camera, const Corner& co
                                      const Pose<Cam, Cam>& view_from_source);
 
 struct PointMatch {
-  int32_t point_id = 0;
+  PointId point_id;
   Observation observation;  // keyframe_id is left to the caller
 };
 
@@ -49,7 +49,7 @@ class PointFinder {
   std::optional<PatchView> predict(const Point& point) const;
   std::optional<PointMatch> find(const Point& point, const PatchView& view,
                                  const PointSearch& search) const;
-  const Pose<Cam, Cam>& view_from_keyframe(int32_t keyframe_id) const;
+  const Pose<Cam, Cam>& view_from_keyframe(KeyframeId keyframe_id) const;
 
  private:
   const CameraModel& camera_;
@@ -57,7 +57,7 @@ class PointFinder {
   const ImagePyramid& pyramid_;
   Pose<Map, Cam> map_from_cam_;
   Pose<Cam, Map> cam_from_map_;
-  mutable std::map<int32_t, Pose<Cam, Cam>> view_from_keyframe_;  // cache
+  mutable std::map<KeyframeId, Pose<Cam, Cam>> view_from_keyframe_;  // cache
 };
 
 }  // namespace foresight::slam

@@ -40,8 +40,8 @@ struct EdgeError {
 };
 
 EdgeError error_of(const PoseGraph& graph, const PoseGraphEdge& edge) {
-  const PoseGraphVertex& a = graph.vertices[static_cast<size_t>(edge.a)];
-  const PoseGraphVertex& b = graph.vertices[static_cast<size_t>(edge.b)];
+  const PoseGraphVertex& a = graph.vertices[edge.a];
+  const PoseGraphVertex& b = graph.vertices[edge.b];
   EdgeError e;
   e.error = edge.b_from_a * a.cam_from_map * b.cam_from_map.inverse();
   const double weight = std::sqrt(edge.weight);
@@ -72,7 +72,7 @@ class NormalEquations {
     const EdgeError e = error_of(graph, edge);
     const Matrix7d by_a = e.whitening.asDiagonal() * adjoint(edge.b_from_a);
     const Matrix7d by_b = -(e.whitening.asDiagonal() * adjoint(e.error));
-    const int a = first_[static_cast<size_t>(edge.a)], b = first_[static_cast<size_t>(edge.b)];
+    const int a = first_[edge.a], b = first_[edge.b];
     add_block(a, a, by_a.transpose() * by_a);
     add_block(b, b, by_b.transpose() * by_b);
     add_block(a, b, by_a.transpose() * by_b);
@@ -92,7 +92,7 @@ class NormalEquations {
     return step->allFinite();
   }
 
-  int first_of(size_t vertex) const { return first_[vertex]; }
+  int first_of(VertexId vertex) const { return first_[vertex]; }
 
  private:
   void add_block(int row, int column, const Matrix7d& block) {
@@ -103,7 +103,7 @@ class NormalEquations {
   }
 
   int size_ = 0;
-  std::vector<int> first_;  // unknown of each vertex; −1: fixed
+  IdVector<VertexId, int> first_;  // unknown of each vertex; −1: fixed
   std::vector<Eigen::Triplet<double>> entries_;
   Eigen::VectorXd gradient_;
 };
@@ -112,15 +112,15 @@ class NormalEquations {
 
 PoseGraphReport optimize_pose_graph(PoseGraph* graph) {
   PoseGraphReport report;
-  const std::vector<PoseGraphVertex> before = graph->vertices;
+  const IdVector<VertexId, PoseGraphVertex> before = graph->vertices;
   report.initial_cost = report.final_cost = cost_of(*graph);
   for (; report.iterations < kMaxIterations; ++report.iterations) {
     NormalEquations equations(*graph);
     for (const PoseGraphEdge& edge : graph->edges) equations.add(*graph, edge);
     Eigen::VectorXd step;
     if (!equations.solve(&step)) break;
-    const std::vector<PoseGraphVertex> last = graph->vertices;
-    for (size_t i = 0; i < graph->vertices.size(); ++i) {
+    const IdVector<VertexId, PoseGraphVertex> last = graph->vertices;
+    for (const VertexId i : graph->vertices.ids()) {
       const int first = equations.first_of(i);
       if (first < 0) continue;
       PoseGraphVertex& v = graph->vertices[i];

@@ -11,24 +11,27 @@
 #include <vector>
 
 #include "common/frames.h"
+#include "common/id.h"
 
 namespace foresight::slam {
 
+using VertexId = Id<struct VertexTag>;
+
 struct PoseGraphVertex {
-  int32_t id = 0;
+  KeyframeId id;
   Similarity<Cam, Map> cam_from_map;
   double depth = 1;  // typical, of its points; mu
   bool fixed = false;
 };
 
 struct PoseGraphEdge {
-  int32_t a = 0, b = 0;  // indices of vertices
+  VertexId a, b;
   Similarity<Cam, Cam> b_from_a;
   double weight = 1;
 };
 
 struct PoseGraph {
-  std::vector<PoseGraphVertex> vertices;
+  IdVector<VertexId, PoseGraphVertex> vertices;
   std::vector<PoseGraphEdge> edges;
 };
 

@@ -25,16 +25,16 @@ class PublishedMap {
   struct SentPoint {
     Eigen::Vector3f position_in_map;
     float sigma_mu = 0;
-    std::vector<int32_t> keyframe_ids;  // sorted
+    std::vector<KeyframeId> keyframe_ids;  // sorted
   };
-  void take_keyframe(const SlamMap& map, int32_t id, MapDelta* delta);
-  void take_point(const SlamMap& map, int32_t id, MapDelta* delta);
+  void take_keyframe(const SlamMap& map, KeyframeId id, MapDelta* delta);
+  void take_point(const SlamMap& map, PointId id, MapDelta* delta);
   double threshold_rad() const;
 
   CameraModel camera_;
   SlamOptions options_;
-  std::map<int32_t, MapKeyframe> keyframes_;
-  std::map<int32_t, SentPoint> points_;
+  std::map<KeyframeId, MapKeyframe> keyframes_;
+  std::map<PointId, SentPoint> points_;
 };
 
 }  // namespace foresight::slam

@@ -9,9 +9,9 @@ namespace foresight::slam {
 namespace {
 
 template <class Observations>
-auto find_observation(Observations& observations, int32_t keyframe_id) {
+auto find_observation(Observations& observations, KeyframeId keyframe_id) {
   return std::lower_bound(observations.begin(), observations.end(), keyframe_id,
-                          [](const Observation& o, int32_t id) { return o.keyframe_id < id; });
+                          [](const Observation& o, KeyframeId id) { return o.keyframe_id < id; });
 }
 
 constexpr size_t kNodeBytes = 48;     // of an entry in a tree, beside its content
@@ -27,17 +27,17 @@ size_t keyframe_bytes(const Keyframe& keyframe) {
 
 }  // namespace
 
-const Observation* Point::observation_in(int32_t keyframe_id) const {
+const Observation* Point::observation_in(KeyframeId keyframe_id) const {
   const auto it = find_observation(observations, keyframe_id);
   return it != observations.end() && it->keyframe_id == keyframe_id ? &*it : nullptr;
 }
 
-const Keyframe* SlamMap::keyframe(int32_t id) const {
+const Keyframe* SlamMap::keyframe(KeyframeId id) const {
   const auto it = keyframes_.find(id);
   return it == keyframes_.end() ? nullptr : &it->second;
 }
 
-const Point* SlamMap::point(int32_t id) const {
+const Point* SlamMap::point(PointId id) const {
   const auto it = points_.find(id);
   return it == points_.end() ? nullptr : &it->second;
 }
@@ -47,22 +47,22 @@ const Keyframe& SlamMap::newest_keyframe() const {
   return keyframes_.rbegin()->second;
 }
 
-int32_t SlamMap::add_keyframe(Keyframe keyframe) {
-  keyframe.id = next_keyframe_id_++;
+KeyframeId SlamMap::add_keyframe(Keyframe keyframe) {
+  keyframe.id = std::exchange(next_keyframe_id_, next_keyframe_id_.next());
   touched_.keyframes.insert(keyframe.id);
-  const int32_t id = keyframe.id;
+  const KeyframeId id = keyframe.id;
   keyframes_.emplace(id, std::move(keyframe));
   return id;
 }
 
-int32_t SlamMap::add_point(const Eigen::Vector3d& position_in_map, const Corner& source) {
+PointId SlamMap::add_point(const Eigen::Vector3d& position_in_map, const Corner& source) {
   FORESIGHT_CHECK(keyframes_.contains(source.keyframe_id));
   Point point;
-  point.id = next_point_id_++;
+  point.id = std::exchange(next_point_id_, next_point_id_.next());
   point.position_in_map = position_in_map;
   point.source = source;
-  point.born_keyframe_id = next_keyframe_id_ - 1;
-  const int32_t id = point.id;
+  point.born_keyframe_id = KeyframeId(next_keyframe_id_.value() - 1);
+  const PointId id = point.id;
   points_.emplace(id, std::move(point));
   touched_.points.insert(id);
   add_observation(
@@ -78,22 +78,22 @@ void SlamMap::restore_keyframe(Keyframe keyframe) {
 
 void SlamMap::restore_point(Point point) {
   FORESIGHT_CHECK(point.id >= next_point_id_ && keyframes_.contains(point.source.keyframe_id));
-  next_point_id_ = point.id + 1;
+  next_point_id_ = point.id.next();
   for (const Observation& o : point.observations) {
     keyframes_.at(o.keyframe_id).point_ids.insert(point.id);
   }
   touched_.points.insert(point.id);
-  const int32_t id = point.id;
+  const PointId id = point.id;
   points_.emplace(id, std::move(point));
 }
 
-Point& SlamMap::point_ref(int32_t id) {
+Point& SlamMap::point_ref(PointId id) {
   const auto it = points_.find(id);
   FORESIGHT_CHECK(it != points_.end());
   return it->second;
 }
 
-void SlamMap::remove_point(int32_t id) {
+void SlamMap::remove_point(PointId id) {
   for (const Observation& o : point_ref(id).observations) {
     keyframes_.at(o.keyframe_id).point_ids.erase(id);
   }
@@ -101,9 +101,9 @@ void SlamMap::remove_point(int32_t id) {
   touched_.points.insert(id);
 }
 
-void SlamMap::remove_keyframe(int32_t id) {
-  const std::set<int32_t> point_ids = keyframes_.at(id).point_ids;
-  for (const int32_t point_id : point_ids) {
+void SlamMap::remove_keyframe(KeyframeId id) {
+  const std::set<PointId> point_ids = keyframes_.at(id).point_ids;
+  for (const PointId point_id : point_ids) {
     FORESIGHT_CHECK(point_ref(point_id).source.keyframe_id != id);
     remove_observation(point_id, id);
   }
@@ -111,30 +111,30 @@ void SlamMap::remove_keyframe(int32_t id) {
   touched_.keyframes.insert(id);
 }
 
-void SlamMap::set_source(int32_t point_id, const Corner& source) {
+void SlamMap::set_source(PointId point_id, const Corner& source) {
   FORESIGHT_CHECK(keyframes_.contains(source.keyframe_id));
   point_ref(point_id).source = source;
 }
 
-void SlamMap::set_features(int32_t keyframe_id, std::shared_ptr<const Features> features) {
+void SlamMap::set_features(KeyframeId keyframe_id, std::shared_ptr<const Features> features) {
   keyframes_.at(keyframe_id).features = std::move(features);
 }
 
-void SlamMap::move_keyframe(int32_t id, const Pose<Map, Cam>& map_from_cam) {
+void SlamMap::move_keyframe(KeyframeId id, const Pose<Map, Cam>& map_from_cam) {
   keyframes_.at(id).map_from_cam = map_from_cam;
   touched_.keyframes.insert(id);
 }
 
-void SlamMap::scale_depth(int32_t keyframe_id, double factor) {
+void SlamMap::scale_depth(KeyframeId keyframe_id, double factor) {
   keyframes_.at(keyframe_id).median_depth *= factor;
 }
 
-void SlamMap::move_point(int32_t id, const Eigen::Vector3d& position_in_map) {
+void SlamMap::move_point(PointId id, const Eigen::Vector3d& position_in_map) {
   point_ref(id).position_in_map = position_in_map;
   touched_.points.insert(id);
 }
 
-void SlamMap::add_observation(int32_t point_id, const Observation& observation) {
+void SlamMap::add_observation(PointId point_id, const Observation& observation) {
   std::vector<Observation>& observations = point_ref(point_id).observations;
   const auto it = find_observation(observations, observation.keyframe_id);
   if (it != observations.end() && it->keyframe_id == observation.keyframe_id) {
@@ -146,7 +146,7 @@ void SlamMap::add_observation(int32_t point_id, const Observation& observation) 
   touched_.points.insert(point_id);
 }
 
-void SlamMap::remove_observation(int32_t point_id, int32_t keyframe_id) {
+void SlamMap::remove_observation(PointId point_id, KeyframeId keyframe_id) {
   std::vector<Observation>& observations = point_ref(point_id).observations;
   const auto it = find_observation(observations, keyframe_id);
   if (it == observations.end() || it->keyframe_id != keyframe_id) return;
@@ -155,13 +155,13 @@ void SlamMap::remove_observation(int32_t point_id, int32_t keyframe_id) {
   touched_.points.insert(point_id);
 }
 
-void SlamMap::count_prediction(int32_t point_id, bool found) {
+void SlamMap::count_prediction(PointId point_id, bool found) {
   Point& point = point_ref(point_id);
   ++point.predicted_count;
   if (found) ++point.found_count;
 }
 
-void SlamMap::merge_points(int32_t kept, int32_t merged) {
+void SlamMap::merge_points(PointId kept, PointId merged) {
   FORESIGHT_CHECK(kept != merged);
   const Point gone = point_ref(merged);
   remove_point(merged);
@@ -175,9 +175,9 @@ void SlamMap::merge_points(int32_t kept, int32_t merged) {
   point.confirmed = point.confirmed || gone.confirmed;
 }
 
-void SlamMap::count_outlier(int32_t point_id) { ++point_ref(point_id).outlier_count; }
+void SlamMap::count_outlier(PointId point_id) { ++point_ref(point_id).outlier_count; }
 
-void SlamMap::confirm_point(int32_t id) {
+void SlamMap::confirm_point(PointId id) {
   point_ref(id).confirmed = true;
   touched_.points.insert(id);
 }
@@ -196,7 +196,7 @@ void SlamMap::validate() const {
     FORESIGHT_CHECK(id == point.id && id < next_point_id_);
     FORESIGHT_CHECK(point.position_in_map.allFinite());
     FORESIGHT_CHECK(keyframes_.contains(point.source.keyframe_id));
-    int32_t last = -1;
+    KeyframeId last;
     for (const Observation& o : point.observations) {
       FORESIGHT_CHECK(o.keyframe_id > last);
       FORESIGHT_CHECK(keyframes_.at(o.keyframe_id).point_ids.contains(id));
@@ -206,7 +206,7 @@ void SlamMap::validate() const {
   }
   for (const auto& [id, keyframe] : keyframes_) {
     FORESIGHT_CHECK(id == keyframe.id && keyframe.map_from_cam.is_finite());
-    for (const int32_t point_id : keyframe.point_ids) {
+    for (const PointId point_id : keyframe.point_ids) {
       FORESIGHT_CHECK(points_.contains(point_id));
     }
     observation_count -= keyframe.point_ids.size();
@@ -217,7 +217,7 @@ void SlamMap::validate() const {
 const Point* point_near(const SlamMap& map, const Keyframe& keyframe, const Eigen::Vector2d& pixel,
                         double radius_px) {
   const Point* nearest = nullptr;
-  for (const int32_t id : keyframe.point_ids) {
+  for (const PointId id : keyframe.point_ids) {
     const Point* point = map.point(id);
     const double apart_px = (point->observation_in(keyframe.id)->pixel - pixel).norm();
     if (apart_px >= radius_px) continue;
@@ -227,31 +227,32 @@ const Point* point_near(const SlamMap& map, const Keyframe& keyframe, const Eige
   return nearest;
 }
 
-std::map<int32_t, int> shared_point_counts(const SlamMap& map, const std::set<int32_t>& point_ids) {
+std::map<KeyframeId, int> shared_point_counts(const SlamMap& map,
+                                              const std::set<PointId>& point_ids) {
   if (map.empty()) return {};
-  std::vector<int> flat(static_cast<size_t>(map.newest_keyframe().id) + 1, 0);
-  for (const int32_t id : point_ids) {
+  IdVector<KeyframeId, int> flat(map.newest_keyframe().id.next().index());
+  for (const PointId id : point_ids) {
     const Point* point = map.point(id);
     if (point == nullptr) continue;
-    for (const Observation& o : point->observations) ++flat[static_cast<size_t>(o.keyframe_id)];
+    for (const Observation& o : point->observations) ++flat[o.keyframe_id];
   }
-  std::map<int32_t, int> counts;
-  for (size_t id = 0; id < flat.size(); ++id) {
-    if (flat[id] > 0) counts.emplace_hint(counts.end(), static_cast<int32_t>(id), flat[id]);
+  std::map<KeyframeId, int> counts;
+  for (const KeyframeId id : flat.ids()) {
+    if (flat[id] > 0) counts.emplace_hint(counts.end(), id, flat[id]);
   }
   return counts;
 }
 
-std::vector<int32_t> by_count(const std::map<int32_t, int>& counts) {
-  std::vector<int32_t> ids;
+std::vector<KeyframeId> by_count(const std::map<KeyframeId, int>& counts) {
+  std::vector<KeyframeId> ids;
   for (const auto& [id, count] : counts) ids.push_back(id);
-  std::stable_sort(ids.begin(), ids.end(), [&](int32_t a, int32_t b) {
-    return std::pair(-counts.at(a), -a) < std::pair(-counts.at(b), -b);
+  std::stable_sort(ids.begin(), ids.end(), [&](KeyframeId a, KeyframeId b) {
+    return std::pair(counts.at(a), a) > std::pair(counts.at(b), b);
   });
   return ids;
 }
 
-std::vector<int32_t> first_few(std::vector<int32_t> ids, int count) {
+std::vector<KeyframeId> first_few(std::vector<KeyframeId> ids, int count) {
   if (ids.size() > static_cast<size_t>(count)) ids.resize(static_cast<size_t>(count));
   return ids;
 }

@@ -9,30 +9,31 @@
 
 #include "common/camera_model.h"
 #include "common/frames.h"
+#include "common/id.h"
 #include "common/time.h"
 
 namespace foresight {
 
 struct StoredMap {
   struct Keyframe {
-    int32_t id = 0;
+    KeyframeId id;
     Time time;
     Pose<Map, Cam> map_from_cam;
     double median_depth = 1;  // mu
     cv::Mat image;            // 8-bit gray, as the camera gave it; shared, not to be changed
   };
   struct Observation {
-    int32_t keyframe_id = 0;
+    KeyframeId keyframe_id;
     int level = 0;                // pyramid level of the measurement
     Eigen::Vector2d pixel{0, 0};  // of the full image; the centre of the first pixel is (0, 0)
   };
   struct Point {
-    int32_t id = 0;
+    PointId id;
     Eigen::Vector3d position_in_map{0, 0, 0};
-    int32_t source_keyframe_id = 0;  // whose image its patch comes from; it is among the observers
+    KeyframeId source_keyframe_id;  // whose image its patch comes from; it is among the observers
     bool confirmed = false;
     int32_t predicted_count = 0, found_count = 0, outlier_count = 0;
-    int32_t born_keyframe_id = 0;           // newest keyframe when it was made
+    KeyframeId born_keyframe_id;            // newest keyframe when it was made
     std::vector<Observation> observations;  // by keyframe id, increasing
   };
   CameraModel camera;

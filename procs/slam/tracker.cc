@@ -91,7 +91,7 @@ Pose<Map, Cam> coarse_pose(const CameraModel& camera, const SlamMap& map,
 
 struct FineSearch {
   std::vector<PointMatch> matches;
-  std::vector<int32_t> searched;
+  std::vector<PointId> searched;
   double expected = 0;
 };
 
@@ -152,7 +152,7 @@ TrackingAttempt track_points(const CameraModel& camera, const SlamMap& map,
 std::vector<PointMatch> find_remaining_points(const CameraModel& camera, const SlamMap& map,
                                               const ImagePyramid& pyramid,
                                               const Pose<Map, Cam>& map_from_cam,
-                                              const std::vector<int32_t>& already_searched,
+                                              const std::vector<PointId>& already_searched,
                                               const SlamOptions& options) {
   const PointFinder finder(camera, map, pyramid, map_from_cam);
   const PointSearch search{kFineRadius, 0, options.min_zncc};
@@ -173,7 +173,7 @@ std::vector<PointMatch> find_remaining_points(const CameraModel& camera, const S
 void count_predictions(const TrackingAttempt& attempt, SlamMap* map) {
   if (attempt.quality < kTellingQuality) return;
   auto found = attempt.inliers.begin();
-  for (const int32_t id : attempt.searched) {
+  for (const PointId id : attempt.searched) {
     while (found != attempt.inliers.end() && found->point_id < id) ++found;
     map->count_prediction(id, found != attempt.inliers.end() && found->point_id == id);
   }

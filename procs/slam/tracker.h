@@ -19,7 +19,7 @@ enum class SearchWidth {
 
 struct TrackingAttempt {
   Pose<Map, Cam> map_from_cam;
-  std::vector<int32_t> searched;    // points looked for in the fine search
+  std::vector<PointId> searched;    // points looked for in the fine search
   std::vector<PointMatch> inliers;  // sorted by point id
   /// Inliers / expected from each point's history, at most 1; scaled down below
   /// 2 × min_found_points inliers: few points are weak evidence.
@@ -35,7 +35,7 @@ TrackingAttempt track_points(const CameraModel& camera, const SlamMap& map,
 std::vector<PointMatch> find_remaining_points(const CameraModel& camera, const SlamMap& map,
                                               const ImagePyramid& pyramid,
                                               const Pose<Map, Cam>& map_from_cam,
-                                              const std::vector<int32_t>& already_searched,
+                                              const std::vector<PointId>& already_searched,
                                               const SlamOptions& options);
 
 /// Tells the points that were looked for whether they were found. A poor attempt says little about

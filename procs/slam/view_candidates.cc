@@ -18,13 +18,13 @@ constexpr size_t kMinInliers = 10;
 constexpr double kMaxError_px = 6;
 constexpr int kSeed = 20240817;
 
-std::vector<int32_t> ranked_by_thumbnail(const SlamMap& map, const Thumbnail& thumbnail) {
-  std::vector<std::pair<double, int32_t>> ranked;
+std::vector<KeyframeId> ranked_by_thumbnail(const SlamMap& map, const Thumbnail& thumbnail) {
+  std::vector<std::pair<double, KeyframeId>> ranked;
   for (const auto& [id, k] : map.keyframes()) {
     ranked.emplace_back(thumbnail_distance(k.thumbnail, thumbnail), id);
   }
   std::sort(ranked.begin(), ranked.end());
-  std::vector<int32_t> ids;
+  std::vector<KeyframeId> ids;
   for (const auto& [distance, id] : ranked) ids.push_back(id);
   return ids;
 }
@@ -46,19 +46,19 @@ bool solve_pnp(const std::vector<cv::Point3d>& points, const std::vector<cv::Poi
 
 struct KeyframeFeatures {
   cv::Mat descriptors;
-  std::vector<int32_t> point_ids;  // per row
+  std::vector<PointId> point_ids;  // per row
 };
 
 // Those features of a keyframe that are where it sees a point.
 KeyframeFeatures features_of_points(const SlamMap& map, const Keyframe& keyframe) {
-  std::vector<std::pair<Eigen::Vector2d, int32_t>> seen;
-  for (const int32_t id : keyframe.point_ids) {
+  std::vector<std::pair<Eigen::Vector2d, PointId>> seen;
+  for (const PointId id : keyframe.point_ids) {
     seen.emplace_back(map.point(id)->observation_in(keyframe.id)->pixel, id);
   }
   KeyframeFeatures known;
   for (size_t i = 0; i < keyframe.features->pixels.size(); ++i) {
     double nearest_px = kSameFeature_px;
-    int32_t nearest = -1;
+    PointId nearest;
     for (const auto& [pixel, id] : seen) {
       const double apart_px = (pixel - keyframe.features->pixels[i]).norm();
       if (apart_px < nearest_px) {
@@ -66,7 +66,7 @@ KeyframeFeatures features_of_points(const SlamMap& map, const Keyframe& keyframe
         nearest = id;
       }
     }
-    if (nearest < 0) continue;
+    if (!nearest.is_valid()) continue;
     known.point_ids.push_back(nearest);
     known.descriptors.push_back(keyframe.features->descriptors.row(static_cast<int>(i)));
   }
@@ -108,10 +108,10 @@ ViewCandidates::ViewCandidates(const CameraModel& camera)
 
 std::vector<Pose<Map, Cam>> ViewCandidates::similar_views(const SlamMap& map,
                                                           const Thumbnail& thumbnail) const {
-  std::vector<int32_t> ids = ranked_by_thumbnail(map, thumbnail);
+  std::vector<KeyframeId> ids = ranked_by_thumbnail(map, thumbnail);
   if (ids.size() > kSimilarViews) ids.resize(kSimilarViews);
   std::vector<Pose<Map, Cam>> poses;
-  for (const int32_t id : ids) {
+  for (const KeyframeId id : ids) {
     const Keyframe& k = *map.keyframe(id);
     const ThumbnailAlignment turned =
         align_thumbnails(k.thumbnail, thumbnail, thumbnail_camera_, {}, k.median_depth);

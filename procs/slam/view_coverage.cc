@@ -17,20 +17,20 @@ constexpr double kNearest = 0.6, kFarthest = 1.25;  // of the viewer's distance
 
 ViewCoverage::ViewCoverage(const SlamMap& map) : map_(map) {
   if (map.empty()) return;
-  centres_.resize(static_cast<size_t>(map.newest_keyframe().id) + 1);
+  centres_.assign(map.newest_keyframe().id.next().index(), Vector3d::Zero());
   for (const auto& [id, k] : map.keyframes()) {
-    centres_[static_cast<size_t>(id)] = k.map_from_cam.translation();
+    centres_[id] = k.map_from_cam.translation();
   }
 }
 
-bool ViewCoverage::covers(const Point& point, const Vector3d& viewer, int32_t besides) const {
+bool ViewCoverage::covers(const Point& point, const Vector3d& viewer, KeyframeId besides) const {
   static const double kSameSide = std::pow(std::cos(kSameSideDeg * kDegree), 2);
   const Vector3d ray = point.position_in_map - viewer;
   const double squared = ray.squaredNorm();
   int enough = kEnough;
   for (const Observation& o : point.observations) {
     if (o.keyframe_id == besides) continue;
-    const Vector3d other = point.position_in_map - centres_[static_cast<size_t>(o.keyframe_id)];
+    const Vector3d other = point.position_in_map - centres_[o.keyframe_id];
     const double other_squared = other.squaredNorm(), along = ray.dot(other);
     if (other_squared < kNearest * kNearest * squared) continue;
     if (other_squared > kFarthest * kFarthest * squared) continue;
@@ -43,14 +43,14 @@ bool ViewCoverage::covers(const Point& point, const Vector3d& viewer, int32_t be
 double ViewCoverage::share(const std::vector<const Point*>& points, const Vector3d& centre) const {
   if (points.empty()) return 1;
   int covered = 0;
-  for (const Point* point : points) covered += covers(*point, centre, -1);
+  for (const Point* point : points) covered += covers(*point, centre, KeyframeId());
   return static_cast<double>(covered) / static_cast<double>(points.size());
 }
 
 double ViewCoverage::share(const Keyframe& keyframe) const {
   if (keyframe.point_ids.empty()) return 1;
   int covered = 0;
-  for (const int32_t id : keyframe.point_ids) {
+  for (const PointId id : keyframe.point_ids) {
     covered += covers(*map_.point(id), keyframe.map_from_cam.translation(), keyframe.id);
   }
   return static_cast<double>(covered) / static_cast<double>(keyframe.point_ids.size());

@@ -27,10 +27,10 @@ class ViewCoverage {
   double share(const Keyframe& keyframe) const;
 
  private:
-  bool covers(const Point& point, const Eigen::Vector3d& viewer, int32_t besides) const;
+  bool covers(const Point& point, const Eigen::Vector3d& viewer, KeyframeId besides) const;
 
   const SlamMap& map_;
-  std::vector<Eigen::Vector3d> centres_;  // by keyframe id
+  IdVector<KeyframeId, Eigen::Vector3d> centres_;
 };
 
 }  // namespace foresight::slam

@@ -23,14 +23,15 @@ Truth make_problem(double noise_px, int gross_every) {
   for (int k = 0; k < 6; ++k) {
     const Pose<Map, Cam> pose(rotation_from_vector({0.02 * k, -0.03 * k, 0.01}),
                               {0.15 * k, 0.02 * k, 0.01 * k});
-    t.exact.keyframes.push_back({k, k < 2 ? BundleRole::kFixed : BundleRole::kAdjusted, pose});
+    t.exact.keyframes.push_back(
+        {KeyframeId(k), k < 2 ? BundleRole::kFixed : BundleRole::kAdjusted, pose});
   }
   for (int i = 0; i < 120; ++i) {
-    t.exact.points.push_back({i, {uniform(rng), uniform(rng), 3 + uniform(rng)}});
+    t.exact.points.push_back({PointId(i), {uniform(rng), uniform(rng), 3 + uniform(rng)}});
   }
   int count = 0;
-  for (int k = 0; k < 6; ++k) {
-    for (int i = 0; i < 120; ++i) {
+  for (const BundleKeyframeIndex k : t.exact.keyframes.ids()) {
+    for (const BundlePointIndex i : t.exact.points.ids()) {
       const Eigen::Vector3d p =
           t.exact.keyframes[k].map_from_cam.inverse() * t.exact.points[i].position_in_map;
       Eigen::Vector2d xy = p.head<2>() / p.z();
@@ -53,9 +54,11 @@ Truth make_problem(double noise_px, int gross_every) {
   return t;
 }
 
-double point_error(const std::vector<BundlePoint>& a, const std::vector<BundlePoint>& b) {
+using BundlePoints = IdVector<BundlePointIndex, BundlePoint>;
+
+double point_error(const BundlePoints& a, const BundlePoints& b) {
   double sum = 0;
-  for (size_t i = 0; i < a.size(); ++i) {
+  for (const BundlePointIndex i : a.ids()) {
     sum += (a[i].position_in_map - b[i].position_in_map).norm();
   }
   return sum / static_cast<double>(a.size());
@@ -68,7 +71,8 @@ TEST(BundleAdjustment, ReturnsToTheTruth) {
   EXPECT_LT(point_error(s.points, t.exact.points), 1e-3);
   EXPECT_LT(s.rms_px, 0.02);
   EXPECT_TRUE(s.outliers.empty());
-  for (size_t k = 0; k < 2; ++k) {  // fixed means bitwise fixed
+  for (const BundleKeyframeIndex k :
+       {BundleKeyframeIndex(0), BundleKeyframeIndex(1)}) {  // fixed means bitwise fixed
     EXPECT_EQ(s.keyframes[k].map_from_cam.matrix(), t.exact.keyframes[k].map_from_cam.matrix());
   }
 }
@@ -85,7 +89,7 @@ TEST(BundleAdjustment, NamesGrossErrorsAndStillImproves) {
 TEST(BundleAdjustment, SameProblemSameBytes) {
   const Truth t = make_problem(0.4, 37);
   const BundleSolution a = adjust_bundle(t.disturbed), b = adjust_bundle(t.disturbed);
-  for (size_t i = 0; i < a.points.size(); ++i) {
+  for (const BundlePointIndex i : a.points.ids()) {
     EXPECT_EQ(a.points[i].position_in_map, b.points[i].position_in_map);
   }
 }

@@ -34,7 +34,7 @@ class CullingTest : public testing::Test {
       const int first = observers < keyframes_ ? n % (keyframes_ - observers + 1) : 0;
       const Observation source = see(point, first + n % observers);
       const auto corner = make_corner(camera_, source.keyframe_id, {source.pixel, 0});
-      const int32_t id = map_.add_point(point, *corner);
+      const PointId id = map_.add_point(point, *corner);
       map_.confirm_point(id);
       for (int i = first; i < first + observers; ++i) map_.add_observation(id, see(point, i));
     }
@@ -48,7 +48,7 @@ class CullingTest : public testing::Test {
   Observation see(const Eigen::Vector3d& point, int keyframe) const {
     const Eigen::Vector3d in_cam = pose_of(keyframe).inverse() * point;
     const Eigen::Vector2d xy = in_cam.head<2>() / in_cam.z();
-    return {keyframe, 0, camera_.project(in_cam), xy, camera_.px_per_xy(xy)};
+    return {KeyframeId(keyframe), 0, camera_.project(in_cam), xy, camera_.px_per_xy(xy)};
   }
 
   // Sees all points; returns which of the older keyframes are gone.
@@ -64,7 +64,7 @@ class CullingTest : public testing::Test {
     map_.validate();
     std::vector<int32_t> gone;
     for (int32_t id = 0; id < keyframes_; ++id) {
-      if (map_.keyframe(id) == nullptr) gone.push_back(id);
+      if (map_.keyframe(KeyframeId(id)) == nullptr) gone.push_back(id);
     }
     return gone;
   }

@@ -40,7 +40,7 @@ class LoopGatesTest : public testing::Test {
 
   // `drift` is where the map has what the visit sees.
   void visit(const SyntheticScene& scene, double at, const Similarity<Map, World>& drift) {
-    const int32_t first = map_.empty() ? 0 : map_.newest_keyframe().id + 1;
+    const int32_t first = map_.empty() ? 0 : map_.newest_keyframe().id.value() + 1;
     for (int view = 0; view < kViews; ++view) {
       const Pose<World, Cam> pose = pose_at(at, view);
       Keyframe keyframe;
@@ -58,25 +58,27 @@ class LoopGatesTest : public testing::Test {
                   const Similarity<Map, World>& drift) {
     const Pose<World, Cam> pose = pose_at(at, source);
     OccupancyMask occupied(camera_.width_px, camera_.height_px);
-    const Keyframe& keyframe = *map_.keyframe(first + source);
-    for (const int32_t id : keyframe.point_ids) {
+    const Keyframe& keyframe = *map_.keyframe(KeyframeId(first + source));
+    for (const PointId id : keyframe.point_ids) {
       occupied.add(map_.point(id)->observation_in(keyframe.id)->pixel, 6);
     }
     for (const DetectedCorner& c : detect_corners(keyframe.pyramid, 150, &occupied)) {
       const auto corner = make_corner(camera_, keyframe.id, c);
       const auto in_world = scene.point_at(camera_, pose, c.pixel);
       if (!corner || !in_world) continue;
-      const int32_t id = map_.add_point(drift * *in_world, *corner);
+      const PointId id = map_.add_point(drift * *in_world, *corner);
       map_.confirm_point(id);
       for (int n = 0; n < 20; ++n) map_.count_prediction(id, true);
       for (int view = 0; view < kViews; ++view) {
-        if (view != source) observe(scene, pose_at(at, view), *in_world, first + view, id, c.level);
+        if (view != source)
+          observe(scene, pose_at(at, view), *in_world, KeyframeId(first + view), id, c.level);
       }
     }
   }
 
   void observe(const SyntheticScene& scene, const Pose<World, Cam>& pose,
-               const Eigen::Vector3d& in_world, int32_t keyframe_id, int32_t point_id, int level) {
+               const Eigen::Vector3d& in_world, KeyframeId keyframe_id, PointId point_id,
+               int level) {
     const Eigen::Vector2d pixel = camera_.project(pose.inverse() * in_world);
     if (!camera_.in_image(pixel, 8)) return;
     const auto seen = scene.point_at(camera_, pose, pixel);
@@ -101,9 +103,12 @@ class LoopGatesTest : public testing::Test {
   // With all that is similar already known.
   LoopSearch search() const {
     LoopSearch search;
-    search.keyframe_id = 2 * kViews - 1;
-    for (int32_t id = search.keyframe_id; id >= kViews; --id) search.new_side.push_back(id);
-    search.old_sides.push_back({{5, 4, 3, 2, 1, 0}, kWay});
+    search.keyframe_id = KeyframeId(2 * kViews - 1);
+    for (int id = 2 * kViews - 1; id >= kViews; --id) search.new_side.push_back(KeyframeId(id));
+    search.old_sides.push_back({{}, kWay});
+    for (int id = kViews - 1; id >= 0; --id) {
+      search.old_sides.back().keyframe_ids.push_back(KeyframeId(id));
+    }
     search.map = map_;
     return search;
   }
@@ -135,9 +140,9 @@ TEST_F(LoopGatesTest, ThePlaceIsRecognisedAndTheDriftIsMeasured) {
   visit_twice(scene_, 0, {1.1, 5, 0.3});
   PlaceIndex places;
   places.follow(map_);
-  const auto similar = loop_search(map_, places, 2 * kViews - 1);
+  const auto similar = loop_search(map_, places, KeyframeId(2 * kViews - 1));
   ASSERT_TRUE(similar);
-  EXPECT_LT(similar->old_sides.at(0).keyframe_ids.at(0), kViews);
+  EXPECT_LT(similar->old_sides.at(0).keyframe_ids.at(0), KeyframeId(kViews));
   const auto closure = find(search());
   ASSERT_TRUE(closure);
   EXPECT_EQ(closure->new_side.size(), static_cast<size_t>(kViews));

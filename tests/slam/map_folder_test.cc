@@ -48,12 +48,13 @@ struct LensMap {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.1, Eigen::Vector3d(1, 2, 3).normalized()));
     const cv::Mat image(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar::all(90));
     for (const int id : {0, 1}) {
-      map.keyframes.push_back({id, Time{1000 + id}, {turn, {0.1 * id, 0.05, 0}}, 1, image});
+      map.keyframes.push_back(
+          {KeyframeId(id), Time{1000 + id}, {turn, {0.1 * id, 0.05, 0}}, 1, image});
     }
     for (int id = 0; id < 35; ++id) {
       const Eigen::Vector3d in_first(0.24 * (id % 7) - 0.7, 0.25 * (id / 7) - 0.48, 1 + 0.02 * id);
       StoredMap::Point point;
-      point.id = id;
+      point.id = PointId(id);
       point.position_in_map = map.keyframes[0].map_from_cam * in_first;
       point.confirmed = true;
       for (const StoredMap::Keyframe& k : map.keyframes) {
@@ -248,7 +249,8 @@ TEST_F(MapFolderTest, IsNotBelievedWhenDamaged) {
   expect_refused("\nkeyframe 1 ", "\nkeyframe nan ");
   expect_refused("\ncamera ", "\nkeyframe 0 0 1 1 0 0 0 0 0 0\ncamera ");
   expect_refused("\nkeyframe 0 ", "\ncamera 0 320 240 1 1 1 1 0 0 0 0 0\nkeyframe 0 ");
-  const std::string first_point = "\npoint " + std::to_string(saved.points.front().id) + " ";
+  const std::string first_point =
+      "\npoint " + std::to_string(saved.points.front().id.value()) + " ";
   expect_refused(first_point, "\npoint -1 ");
   expect_refused("\npoint ", "\npoint -5 nan ");
   expect_refused("\npoint ", "\nthing ");

@@ -38,16 +38,17 @@ TEST(PlaceIndex, FindsThePlaceThoughDescriptorsDiffer) {
   std::vector<std::shared_ptr<Features>> places;
   for (int32_t id = 0; id < 40; ++id) {
     places.push_back(random_features(&random, 300));
-    index.add(3 * id, places.back());
+    index.add(KeyframeId(3 * id), places.back());
   }
   for (const int32_t id : {0, 17, 39}) {
     const auto ranked = index.rank(*seen_again(*places[static_cast<size_t>(id)], 35, &random));
     ASSERT_GE(ranked.size(), 2u);
-    EXPECT_EQ(ranked[0].keyframe_id, 3 * id);
+    EXPECT_EQ(ranked[0].keyframe_id, KeyframeId(3 * id));
     EXPECT_GT(ranked[0].votes, 1.5 * ranked[1].votes);
   }
-  index.remove(3 * 17);
-  for (const PlaceIndex::Ranked& r : index.rank(*places[17])) EXPECT_NE(r.keyframe_id, 3 * 17);
+  index.remove(KeyframeId(3 * 17));
+  for (const PlaceIndex::Ranked& r : index.rank(*places[17]))
+    EXPECT_NE(r.keyframe_id, KeyframeId(3 * 17));
   EXPECT_EQ(index.size(), 39u);
   EXPECT_TRUE(PlaceIndex().rank(*places[0]).empty());
 }
@@ -70,9 +71,10 @@ TEST(PoseGraph, SpreadsTheDriftOverTheLoop) {
         i == 0 ? on_ring(0)
                : drift * on_ring(i) * on_ring(i - 1).inverse() * graph.vertices.back().cam_from_map;
     if (i > 0) {
-      graph.edges.push_back({i - 1, i, pose * graph.vertices.back().cam_from_map.inverse(), 100});
+      graph.edges.push_back(
+          {VertexId(i - 1), VertexId(i), pose * graph.vertices.back().cam_from_map.inverse(), 100});
     }
-    graph.vertices.push_back({i, pose, 2, i == 0});
+    graph.vertices.push_back({KeyframeId(i), pose, 2, i == 0});
   }
   const auto error_of_last = [&] {
     const Similarity<Map, Cam> truth = on_ring(kCount - 1).inverse();
@@ -81,21 +83,23 @@ TEST(PoseGraph, SpreadsTheDriftOverTheLoop) {
   };
   const double before_m = error_of_last();
   EXPECT_GT(before_m, 0.2);
-  graph.edges.push_back({kCount - 1, 0, on_ring(0) * on_ring(kCount - 1).inverse(), 10000});
+  graph.edges.push_back(
+      {VertexId(kCount - 1), VertexId(0), on_ring(0) * on_ring(kCount - 1).inverse(), 10000});
   const PoseGraphReport report = optimize_pose_graph(&graph);
   ASSERT_TRUE(report.usable);
   EXPECT_LT(report.final_cost, 0.1 * report.initial_cost);
   EXPECT_LT(report.iterations, 12);
   EXPECT_LT(error_of_last(), 0.1 * before_m);
   EXPECT_NEAR(graph.vertices.back().cam_from_map.scale(), 1, 0.02);
-  EXPECT_EQ(graph.vertices[0].cam_from_map.translation(), on_ring(0).translation());
+  EXPECT_EQ(graph.vertices.front().cam_from_map.translation(), on_ring(0).translation());
 }
 
 TEST(PoseGraph, WithoutAFixedVertexOrEdgesNothingMoves) {
   PoseGraph empty;
   EXPECT_FALSE(optimize_pose_graph(&empty).usable);
   PoseGraph loose;
-  loose.vertices = {{0, {}, 1, true}, {1, {}, 1, false}};
+  loose.vertices.push_back({KeyframeId(0), {}, 1, true});
+  loose.vertices.push_back({KeyframeId(1), {}, 1, false});
   EXPECT_FALSE(optimize_pose_graph(&loose).usable);  // nothing ties the second
 }
 

@@ -28,11 +28,13 @@ SlamMap map_of(const Eigen::Vector3d& position, int views, double apart, std::mt
     keyframe.map_from_cam = camera_at(i, apart);
     map.add_keyframe(std::move(keyframe));
   }
-  const int32_t id = map.add_point(position, Corner{});
+  Corner source;
+  source.keyframe_id = KeyframeId(0);
+  const PointId id = map.add_point(position, source);
   for (int i = 0; i < views; ++i) {
     const Eigen::Vector3d p = camera_at(i, apart).inverse() * kTruth;
     const Eigen::Vector2d xy(p.x() / p.z() + noise(*random), p.y() / p.z() + noise(*random));
-    map.add_observation(id, {i, 0, {0, 0}, xy, kFocal_px});
+    map.add_observation(id, {KeyframeId(i), 0, {0, 0}, xy, kFocal_px});
   }
   return map;
 }
@@ -42,12 +44,13 @@ Eigen::Vector3d triangulated(const SlamMap& map) {
   for (const auto& [id, k] : map.keyframes()) {
     problem.keyframes.push_back({id, BundleRole::kFixed, k.map_from_cam});
   }
-  const Point& point = *map.point(0);
-  problem.points.push_back({0, point.position_in_map});
+  const Point& point = *map.point(PointId(0));
+  problem.points.push_back({PointId(0), point.position_in_map});
   for (const Observation& o : point.observations) {
-    problem.observations.push_back({o.keyframe_id, 0, o.xy, o.scale_px()});
+    problem.observations.push_back(
+        {BundleKeyframeIndex(o.keyframe_id.value()), BundlePointIndex(0), o.xy, o.scale_px()});
   }
-  return adjust_bundle(problem).points.at(0).position_in_map;
+  return adjust_bundle(problem).points.front().position_in_map;
 }
 
 void expect_calibrated(int views, double apart) {
@@ -56,8 +59,8 @@ void expect_calibrated(int views, double apart) {
   constexpr int kTrials = 400;
   for (int trial = 0; trial < kTrials; ++trial) {
     SlamMap map = map_of(kTruth, views, apart, &random);
-    map.move_point(0, triangulated(map));
-    const Point& point = *map.point(0);
+    map.move_point(PointId(0), triangulated(map));
+    const Point& point = *map.point(PointId(0));
     squares += std::pow(point.position_in_map.z() - kTruth.z(), 2);
     sigmas += position_sigma(map, point);
   }
@@ -73,8 +76,8 @@ TEST(PointUncertainty, IsTheSpreadOfTriangulatedPoints) {
 TEST(PointUncertainty, IsTheDistanceWhereNothingIsKnown) {
   std::mt19937 random(7);
   const SlamMap map = map_of(kTruth, 3, 0, &random);
-  EXPECT_LE(position_sigma(map, *map.point(0)), kTruth.norm());
-  EXPECT_GT(position_sigma(map, *map.point(0)), 0.1);
+  EXPECT_LE(position_sigma(map, *map.point(PointId(0))), kTruth.norm());
+  EXPECT_GT(position_sigma(map, *map.point(PointId(0))), 0.1);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace foresight::slam {
 namespace {
 
-Corner corner_of(int32_t keyframe_id) {
+Corner corner_of(KeyframeId keyframe_id) {
   Corner corner;
   corner.keyframe_id = keyframe_id;
   corner.pixel = {10, 10};
@@ -20,19 +20,19 @@ class SlamMapTest : public testing::Test {
  protected:
   void SetUp() override {
     for (int i = 0; i < 3; ++i) map_.add_keyframe(Keyframe{});
-    point_ = map_.add_point({0, 0, 2}, corner_of(0));
-    map_.add_observation(point_, {1, 0, {5, 5}, {0, 0}});
+    point_ = map_.add_point({0, 0, 2}, corner_of(KeyframeId(0)));
+    map_.add_observation(point_, {KeyframeId(1), 0, {5, 5}, {0, 0}});
   }
   SlamMap map_;
-  int32_t point_ = 0;
+  PointId point_;
 };
 
 TEST_F(SlamMapTest, KeepsBothSidesOfAnObservation) {
   map_.validate();
-  EXPECT_TRUE(map_.keyframe(1)->point_ids.contains(point_));
-  map_.remove_observation(point_, 1);
+  EXPECT_TRUE(map_.keyframe(KeyframeId(1))->point_ids.contains(point_));
+  map_.remove_observation(point_, KeyframeId(1));
   map_.validate();
-  EXPECT_FALSE(map_.keyframe(1)->point_ids.contains(point_));
+  EXPECT_FALSE(map_.keyframe(KeyframeId(1))->point_ids.contains(point_));
   map_.remove_point(point_);
   map_.validate();
   EXPECT_TRUE(map_.points().empty());
@@ -40,7 +40,7 @@ TEST_F(SlamMapTest, KeepsBothSidesOfAnObservation) {
 
 TEST_F(SlamMapTest, NeverReusesAnId) {
   map_.remove_point(point_);
-  EXPECT_NE(map_.add_point({0, 0, 3}, corner_of(1)), point_);
+  EXPECT_NE(map_.add_point({0, 0, 3}, corner_of(KeyframeId(1))), point_);
 }
 
 TEST_F(SlamMapTest, DeltasHoldBackProbationAndSmallMoves) {
@@ -55,7 +55,7 @@ TEST_F(SlamMapTest, DeltasHoldBackProbationAndSmallMoves) {
   map_.move_point(point_, {0, 0, 2.1});
   EXPECT_EQ(stream.take(&map_).points_set.size(), 1u);
   map_.remove_point(point_);
-  EXPECT_EQ(stream.take(&map_).points_removed, std::vector<PointId>{PointId(point_)});
+  EXPECT_EQ(stream.take(&map_).points_removed, std::vector<PointId>{point_});
   EXPECT_TRUE(stream.snapshot().points_set.empty());
 }
 

@@ -28,7 +28,7 @@ constexpr double kFirstDepth_mu = 1.4;
 
 struct SurfacePoint {
   Vector3d at, normal;
-  int32_t id = -1;  // in the map
+  PointId id{};  // in the map
 };
 
 // Three walls facing the camera, one behind the other, a table and two sides.
@@ -93,7 +93,7 @@ class Wandering : public testing::Test {
     std::vector<std::pair<SurfacePoint*, Observation>> unknown;
     look(&tracking, &unknown);
     if (!map_.empty() && !mapper_.wants_keyframe(map_, time, tracking)) return false;
-    const int32_t id = insert(time, tracking);
+    const KeyframeId id = insert(time, tracking);
     if (unknown.size() > kNewPerKeyframe) unknown.resize(kNewPerKeyframe);
     for (auto& [point, seen] : unknown) {
       const auto corner = make_corner(camera_, id, {seen.pixel, 0});
@@ -112,7 +112,7 @@ class Wandering : public testing::Test {
       if (in_cam.z() < 0.1 || -ray.dot(point.normal) < kSeenWithin) continue;
       const Eigen::Vector2d pixel = camera_.project(in_cam);
       if (!camera_.in_image(pixel, 6) || chance_(random_) > kFound) continue;
-      const Observation seen{0, 0, pixel, in_cam.head<2>() / in_cam.z(), camera_.fx_px};
+      const Observation seen{KeyframeId(), 0, pixel, in_cam.head<2>() / in_cam.z(), camera_.fx_px};
       if (map_.point(point.id) == nullptr) {
         unknown->emplace_back(&point, seen);
       } else {
@@ -125,7 +125,7 @@ class Wandering : public testing::Test {
               [](const PointMatch& a, const PointMatch& b) { return a.point_id < b.point_id; });
   }
 
-  int32_t insert(Time time, const TrackingAttempt& tracking) {
+  KeyframeId insert(Time time, const TrackingAttempt& tracking) {
     if (!map_.empty()) return mapper_.insert_keyframe({time, blank_, {}}, tracking, &map_);
     Keyframe first;
     first.time = time;
@@ -193,7 +193,7 @@ TEST_F(ShortOfMemory, TheMapStaysBelowTheLimit) {
   EXPECT_LT(1e-6 * static_cast<double>(map_.memory_bytes()), kLimit_mb);
   EXPECT_GT(1e-6 * static_cast<double>(map_.memory_bytes()), 0.8 * kLimit_mb);
   EXPECT_GT(size.points, 800u);  // what goes is seen by others
-  EXPECT_NE(map_.keyframe(0), nullptr);
+  EXPECT_NE(map_.keyframe(KeyframeId(0)), nullptr);
 }
 
 }  // namespace
