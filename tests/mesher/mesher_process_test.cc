@@ -68,7 +68,7 @@ TEST_F(MesherProcessTest, NorDoesThatOfAnotherMap) {
 TEST_F(MesherProcessTest, SaysWhyADeltaDoesNotFit) {
   send(1, 0, lattice(3));
   CarvingDelta unknown;
-  unknown.cells_removed.push_back(4711);
+  unknown.cells_removed.push_back(CellId(4711));
   send(1, 1, unknown);
   std::string said;
   for (const PortRecord& port : node_->ports()) {
