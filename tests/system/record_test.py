@@ -89,7 +89,7 @@ class RecordAndReplay(unittest.TestCase):
         site = self.publisher()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             recording = self.record(self.folder / f"{number}.lcmlog", site)
-            wait_for(recording.events, 20, "something is recorded")
+            wait_for(lambda: utimes(recording.events(), "HEALTH"), 20, "HEALTH is recorded")
             recording.process.send_signal(number)
             self.assertEqual(recording.process.wait(20), 0)
             text = run(build_dir() / "bin" / "log-text", recording.path)
